@@ -8,9 +8,9 @@ import numpy as np
 
 from benchmarks.cost_grid import meshed
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.analysis import analyse
 from fenics_mech.effects.known import COUPLING
+from fenics_mech.estimate.quantities import MEASURE
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.signal import harmonics
 from fenics_mech.scene import Scene

@@ -26,16 +26,16 @@ from benchmarks.cost_grid import (
     grid,
     reference_meshes,
 )
+from benchmarks.run_table import FAILURE, RunTable, labelled
 from benchmarks.timing import TIMES, bare_seconds, machine, timed
 from fenics_mech._constants import TINY
-from fenics_mech.accuracy.estimate import NUMERICAL
-from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, SolverError
+from fenics_mech.estimate.error_sources import NUMERICAL
+from fenics_mech.estimate.quantities import MEASURE
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
-from fenics_mech.studies.run_table import FAILURE, RunTable, labelled
 
 LONGEST_RUN = 12.0  # seconds of a run, after which a method is not made finer
 NUMBERS = TIMES | {  # by variable: unit, meaning

@@ -13,15 +13,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from benchmarks.timing import TIMES, machine, timed
-from fenics_mech._system import peak_memory
+from benchmarks.run_table import FAILURE, RunTable, labelled
+from benchmarks.timing import TIMES, machine, peak_memory, timed
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
 from fenics_mech.effects.known import COUPLING
 from fenics_mech.errors import MechanismError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies.run_table import FAILURE, RunTable, labelled
 
 LONGEST_LINE_RUN = 15.0  # seconds of a run, after which a line is not made longer
 THICKER = 0.03  # of each stage's inertias against the one before: no two links are alike

@@ -7,6 +7,7 @@ import os
 import platform
 import pstats
 import re
+import resource
 import sys
 import time
 from collections.abc import Callable
@@ -130,3 +131,13 @@ def bare_seconds(work: Callable[[], Any]) -> float:
         if LINEAR_ALGEBRA.search(file) or (file == "~" and BARE.search(name)):
             bare += inside
     return bare
+
+
+def peak_memory() -> float:
+    """Give the largest memory of this process so far (bytes)."""
+    # Linux keeps it by program: what `getrusage` gives there is also that of the one that started it.
+    try:
+        status = Path("/proc/self/status").read_text()
+    except OSError:  # macOS, in bytes
+        return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    return next(float(line.split()[1]) * 1024 for line in status.splitlines() if line.startswith("VmHWM"))

@@ -16,13 +16,10 @@ from pathlib import Path
 import numpy as np
 
 import fenics_mech as fm
-from fenics_mech.views.freedom_figure import freedom_figure
-from fenics_mech.views.judgement import Judgement
-from fenics_mech.views.judgements import headline, judgements, verdict
+from fenics_mech.views.judgements import Judgement, advice, headline, judgements, verdict
 from fenics_mech.views.key_figures import key_figures
-from fenics_mech.views.motion_figures import poincare_figure
+from fenics_mech.views.motion_figures import freedom_figure, poincare_figure
 from fenics_mech.views.reading import Reading
-from fenics_mech.views.remedies import advice
 from fenics_mech.views.result_figures import force_figure
 from fenics_mech.views.safety_words import safety_sentences
 from fenics_mech.views.words import share, short

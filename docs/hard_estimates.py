@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import fenics_mech as fm
-from fenics_mech.accuracy.quantities import MEASURE
+from fenics_mech.estimate.quantities import MEASURE
 
 DOCS = Path(__file__).parent
 TABLE, DEMOS = DOCS / "validation" / "hard_estimates.csv", DOCS.parent / "demos"

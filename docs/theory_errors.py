@@ -22,8 +22,8 @@ from benchmarks.converged import at_common_angles, extrapolated
 from benchmarks.peers.compared import scene_of
 from benchmarks.peers.exudyn_cycle import BeamStates, Integration, steady_cycle
 from benchmarks.peers.peer_runs import EXACT
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES, MEASURE
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.estimate.quantities import ERROR_VARIABLES, MEASURE
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.other_programs.beam_linkage import BeamLinkage, beam_linkage
 from fenics_mech.scene.meshing import with_elements
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 import fenics_mech as fm
-from fenics_mech.accuracy.quantities import MEASURE
+from fenics_mech.estimate.quantities import MEASURE
 from fenics_mech.scene.meshing import with_elements
 
 DOCS = Path(__file__).parent

@@ -32,10 +32,10 @@ def _interrupt_soon() -> None:
 
 
 class _Interrupt:
-    """Ctrl-C, which ends the command with one line wherever it comes.
+    """Ctrl-C, which ends the command with one line wherever it comes."""
 
-    Libraries in C turn an interrupt into another error or drop it. The one is known by `seen`, the other is sent again.
-    """
+    # Libraries in C turn an interrupt into another error or drop it. The one is known by `seen`, the other is sent
+    # again.
 
     def __init__(self) -> None:
         self.seen = self.dropping = False

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    pass
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -49,20 +45,7 @@ def each(matrices: Array, vectors: Array) -> Array:
 
 def summed(values: Numbers, place: Index, size: int) -> Numbers:
     """Sum the entries of the last axis that share a place: ``(..., entries)`` to ``(..., size)``."""
-    from fenics_mech._sparse.kernels import kernels, pointer  # noqa: PLC0415  (it needs what stands above)
+    from scipy.sparse import csr_matrix  # noqa: PLC0415  (slow to import)
 
-    if np.iscomplexobj(values):
-        return summed(values.real, place, size) + 1j * summed(values.imag, place, size)
-    module, entries = kernels(1), np.ascontiguousarray(place, dtype=np.int64)
-    given, found = np.ascontiguousarray(values, dtype=float), np.zeros((*values.shape[:-1], size))
-    if values.shape[-1] != len(entries) or (len(entries) and not 0 <= entries.min() <= entries.max() < size):
-        raise ValueError(f"{values.shape[-1]} entries cannot be summed by {len(entries)} places of {size}")
-    module.lib.collect(
-        math.prod(values.shape[:-1]),
-        len(entries),
-        pointer(module, entries),
-        pointer(module, given),
-        size,
-        pointer(module, found),
-    )
-    return np.asarray(found, dtype=values.dtype)
+    to = csr_matrix((np.ones(len(place)), (np.arange(len(place)), place)), shape=(values.shape[-1], size))
+    return np.asarray((values.reshape(-1, values.shape[-1]) @ to).reshape(*values.shape[:-1], size))

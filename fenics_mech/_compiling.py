@@ -28,15 +28,8 @@ _cleaned: dict[Path, int] = {}  # when each folder was last changed, as it was f
 
 
 def compile_safely(make: Callable[[Path], Made]) -> Made:
-    """Let `make` compile into the user's cache; where that fails, into a folder of this process.
-
-    It runs in that folder: dolfinx and ffcx take options of the C compiler from files in the current one.
-
-    Raises
-    ------
-    SolverError
-        When it cannot be compiled there either.
-    """
+    """Let `make` compile into the user's cache; where that fails, into a folder of this process."""
+    # It runs in that folder: dolfinx and ffcx take options of the C compiler from files in the current one.
     try:
         with _locked(folder_of_ones_own(_user_folder())) as folder, chdir(folder):
             return make(folder)

@@ -95,16 +95,10 @@ def loading() -> Iterator[None]:
 
 
 def start_libraries(solver: bool = True) -> None:
-    """Start PETSc and Matplotlib without the options that they read from files in the current folder.
-
-    A scene may lie in a folder from a stranger, and such options run programs. MPI and xarray start without what the
-    command does not use. Figures are files of one look: no settings of Matplotlib count, which may ask for LaTeX.
-
-    Parameters
-    ----------
-    solver
-        Whether something is to be solved: that PETSc is not there is an error then.
-    """
+    """Start PETSc and Matplotlib without the options that they read from files in the current folder."""
+    # A scene may lie in a folder from a stranger, and such options run programs. MPI and xarray start without what
+    # the command does not use. Figures are files of one look: no settings of Matplotlib count, which may ask for
+    # LaTeX.
     if (limit := memory_limit() or LEAST_MEMORY) < LEAST_MEMORY:
         raise MechanismError(
             f"a process may have {limit / 1e9:.2g} GB of memory here, and the libraries take {LEAST_MEMORY / 1e9:.2g}: "
@@ -141,15 +135,8 @@ def text_of(what: RenderableType) -> str:
 
 
 def html_of(what: RenderableType) -> str:
-    """Give what the console shows of something as HTML, with its colours, for 90 columns.
-
-    Texts in it are escaped, as they may come from a stranger's file.
-
-    Parameters
-    ----------
-    what
-        What the console shows.
-    """
+    """Give what the console shows of something as HTML, with its colours, for 90 columns."""
+    # Texts in it are escaped, as they may come from a stranger's file.
     kept = _Console(file=io.StringIO(), record=True, width=PAGE_WIDTH, emoji=False, force_jupyter=False)
     kept.print(what, highlight=False)
     return kept.export_html(inline_styles=True, code_format=PAGE)
@@ -157,11 +144,9 @@ def html_of(what: RenderableType) -> str:
 
 @contextmanager
 def progress_bar(total: int, alike: bool = True, quiet: bool = False) -> Iterator:
-    """Show a progress bar with the time left, or where there is no terminal a line now and then; `quiet` shows none.
-
-    Gives what names the next step. The time left is known once some steps are done, where all are `alike`, and in a
-    step that says how far it has come.
-    """
+    """Show a progress bar with the time left, or where there is no terminal a line now and then; `quiet` shows none."""
+    # Gives what names the next step. The time left is known once some steps are done, where all are `alike`, and in a
+    # step that says how far it has come.
     columns = [SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()]
     columns += [TextColumn("left:"), TimeRemainingColumn()] if alike else []
     with Progress(*columns, console=err, transient=True, disable=quiet or not err.is_terminal) as progress:
@@ -198,8 +183,8 @@ class _Bar:
             return
         self.shown, name, left = now, self.names[-1], (now - self.began) * (1 - share) / max(share, LEAST_SHARE)
         if not self.alike and share < 1:
-            name += f", motion {self.motion}:" * (self.motion > 1) + f" {100 * share:.0f} %"
-            name += f", about {left:.0f} s left" * (left >= 1 and self.motion == 1)
+            name += f", motion {self.motion}: {100 * share:.0f} %" if self.motion > 1 else f" {100 * share:.0f} %"
+            name += f", about {left:.0f} s left" if left >= 1 and self.motion == 1 else ""
         self.progress.update(self.task, description=name, completed=max(self.done, 0) + share)
         self._say(name)
 

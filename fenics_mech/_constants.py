@@ -4,7 +4,7 @@ import math
 import sys
 
 TURN = 2 * math.pi  # rad, which is also one cycle of a drive angle
-MICRO, MILLI = 1e6, 1e3  # microstrain in a strain of 1, and mm in 1 m
+MILLI = 1e3  # mm in 1 m
 MEGA = 1e-6  # MPa in a Pa
 TINY = sys.float_info.min  # smallest number of full precision: keeps a denominator from being zero
 ROUNDING = 1e-9  # of the largest number that is shown, up to which another is none

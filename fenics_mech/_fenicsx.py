@@ -8,7 +8,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from copy import copy
 from inspect import signature
 from typing import Any
 
@@ -19,7 +18,6 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech._compiling import compile_safely
 from fenics_mech._libraries import versions_by_python
 from fenics_mech._petsc import MPI, Absent, not_there, to_scipy
-from fenics_mech._sparse.kernels import kernels, pointer
 from fenics_mech.errors import MechanismError, SolverError
 
 try:  # after PETSc and its MPI
@@ -59,7 +57,6 @@ def _version_named() -> Iterator[None]:
 if not isinstance(dolfinx, Absent):
     with _version_named():
         from dolfinx import fem, jit  # type: ignore[no-redef]
-        from dolfinx.mesh import create_unit_interval
 
         try:  # dolfinx >= 0.10
             from dolfinx.io import gmsh as gmshio
@@ -93,19 +90,7 @@ def _calling() -> Iterator[None]:
 
 @_calling()
 def line_mesh(model: Any) -> tuple[Any, Array, Index]:
-    """Read a gmsh model of lines on the x axis.
-
-    Parameters
-    ----------
-    model
-        The gmsh model, meshed.
-
-    Returns
-    -------
-    tuple
-        The mesh, the x of each cell's two vertices in the order of the cell's dofs, shape ``(cells, 2)``, and each
-        cell's physical group, shape ``(cells,)``.
-    """
+    """Read a gmsh model of lines on the x axis."""
     read = gmshio.model_to_mesh(model, MPI.COMM_SELF, 0, gdim=1)
     mesh, tags = read[0], read[1]
     ends = mesh.geometry.x[_vertices(mesh), 0]
@@ -119,12 +104,6 @@ def _vertices(mesh: Any) -> Index:
     geometry = mesh.geometry
     dofmap = geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap  # 0.11
     return np.asarray(dofmap.array if hasattr(dofmap, "array") else dofmap).reshape(-1, 2)
-
-
-@_calling()
-def one_cell() -> Any:
-    """Give a mesh of one cell, on which forms are compiled that are called for the cells of any mesh of lines."""
-    return create_unit_interval(MPI.COMM_SELF, 1)
 
 
 @_calling()
@@ -177,17 +156,7 @@ def cellwise_coordinate(mesh: Any, flipped: Index) -> Any:
 
 
 class FormOfConstants:
-    """A bilinear form of properties with one value per cell, compiled once and assembled for any of their values.
-
-    Parameters
-    ----------
-    form
-        Gives the form of the properties.
-    space
-        The space of one number per cell.
-    count
-        Number of properties.
-    """
+    """A bilinear form of properties with one value per cell, compiled once and assembled for any of their values."""
 
     @_calling()
     def __init__(self, form: Callable[..., Any], space: Any, count: int) -> None:
@@ -220,61 +189,6 @@ def _assembled(form: Any) -> sp.csr_matrix:
 def assemble_vector(form: Any) -> Array:
     """Compile a linear form and assemble it."""
     return np.asarray(fem_petsc.assemble_vector(compiled(fem.form, form)).array_r).copy()
-
-
-def _places(mesh: Any, cells: Index) -> Array:
-    """Give the coordinates of the cells' vertices as kernels take them, ``(cells, 6)``."""
-    return np.ascontiguousarray(mesh.geometry.x[_vertices(mesh)[cells]].reshape(len(cells), -1))
-
-
-class CellKernel:
-    """The compiled kernel of a form, called for many states of all cells at once.
-
-    Parameters
-    ----------
-    form
-        The form. Functions that are not `states` keep the values that they have now.
-    states
-        Functions that change from state to state.
-    cells
-        The cells, in the order of the results.
-    """
-
-    @_calling()
-    def __init__(self, form: Any, states: tuple[Any, ...], cells: Index) -> None:
-        made = compiled(fem.form, form)
-        record = made.ufcx_form
-        of_cells = record.integrals(0)[0] if callable(getattr(record, "integrals", None)) else record.form_integrals[0]
-        self.address = int(kernels(1).ffi.cast("uintptr_t", of_cells.tabulate_tensor_float64))
-        self.kept = made  # the compiled code lives as long as this
-        self.places = _places(states[0].function_space.mesh, cells)
-        self.parts: list[Array | int] = []
-        positions = getattr(record, "original_coefficient_positions", None)  # 0.10
-        positions = record.original_coefficient_position if positions is None else positions
-        for i in range(record.num_coefficients):
-            function = form.coefficients()[positions[i]]
-            which = [k for k, state in enumerate(states) if state is function]
-            dofs = [function.function_space.dofmap.cell_dofs(cell) for cell in cells]
-            self.parts.append(which[0] if which else function.x.array[np.array(dofs)])
-        self.shape = (states[0].function_space.dofmap.dof_layout.num_dofs,) * len(form.arguments())
-
-    def on(self, mesh: Any, cells: Index, property: Any) -> CellKernel:
-        """Give the kernel for the cells of another mesh, with values of its one property, one number per cell."""
-        other, values = copy(self), property.x.array[cells, None]
-        other.places = _places(mesh, cells)
-        other.parts = [part if isinstance(part, int) else values for part in self.parts]
-        return other
-
-    def __call__(self, *states: Array) -> Array:
-        """Give the cells' tensors, ``(positions, cells, ...)``, of states ``(positions, cells, dofs)``."""
-        count = len(states[0])
-        parts = [states[p] if isinstance(p, int) else np.broadcast_to(p, (count, *p.shape)) for p in self.parts]
-        values = np.ascontiguousarray(np.concatenate(parts, axis=-1))
-        positions, cells, given = values.shape
-        result, module = np.zeros((positions, cells, *self.shape)), kernels(1)
-        arrays = (pointer(module, part) for part in (values, self.places, result))
-        module.lib.tabulate(self.address, positions, cells, given, int(np.prod(self.shape)), *arrays)
-        return result
 
 
 @_calling()

@@ -20,15 +20,7 @@ FORMULA = "=+-@\t\r"  # how a formula begins
 
 
 def read_bounded(path: Path, largest: int) -> bytes:
-    """Read an ordinary file of at most so many bytes; pipes and devices may never end.
-
-    Raises
-    ------
-    OSError
-        When it cannot be read.
-    ValueError
-        When it is not an ordinary file, is too large, or has a name that no file can have.
-    """
+    """Read an ordinary file of at most so many bytes; pipes and devices may never end."""
     handle = os.open(path, READ)
     with open(handle, "rb") as file:
         found = os.fstat(handle)
@@ -48,20 +40,7 @@ def reason_of(error: OSError | ValueError) -> str:
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a temporary file beside `path`, then put it in its place.
-
-    Parameters
-    ----------
-    path
-        The file.
-    write
-        Writes the content into the path that it is given.
-
-    Raises
-    ------
-    ResultError
-        When it cannot be written; nothing is left behind.
-    """
+    """Let `write` fill a temporary file beside `path`, then put it in its place."""
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
     except OSError as error:
@@ -82,10 +61,8 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def plain_cell(cell: object) -> object:
-    """Give a cell of a table, marked as a text where it is one that begins like a formula: spreadsheets compute these.
-
-    Numbers stay as they are, and so do the marks "+" and "-" by themselves.
-    """
+    """Give a cell of a table, marked as a text where it begins like a formula, which spreadsheets would compute."""
+    # Numbers stay as they are, and so do the marks "+" and "-" by themselves.
     return f"'{cell}" if isinstance(cell, str) and len(cell) > 1 and cell[0] in FORMULA and not _number(cell) else cell
 
 
@@ -105,39 +82,13 @@ def csv_text(rows: Iterable[Sequence[object]]) -> str:
 
 
 def write_table(path: Path, rows: Sequence[Sequence[object]]) -> None:
-    """Write a CSV file as a whole.
-
-    Parameters
-    ----------
-    path
-        The file.
-    rows
-        Its lines, the names of the columns first.
-
-    Raises
-    ------
-    ResultError
-        When it cannot be written; nothing is left behind.
-    """
+    """Write a CSV file as a whole."""
     text = csv_text(rows)
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
 def write_frame(path: Path, table: Any) -> None:
-    """Write a table of pandas as a CSV file as a whole, without its index.
-
-    Parameters
-    ----------
-    path
-        The file.
-    table
-        The table.
-
-    Raises
-    ------
-    ResultError
-        When it cannot be written; nothing is left behind.
-    """
+    """Write a table of pandas as a CSV file as a whole, without its index."""
     columns = {name: column.map(plain_cell) for name, column in table.items() if column.dtype.kind == "O"}
     plain = table.assign(**columns).rename(columns=plain_cell)
     write_whole(path, lambda temporary: plain.to_csv(temporary, index=False))

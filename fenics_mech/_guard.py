@@ -20,10 +20,8 @@ OF_CONTAINER = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/m
 
 @contextmanager
 def guarded() -> Iterator[None]:
-    """Turn what NumPy raises about matrices and numbers into a `SolverError`, and let it raise where numbers overflow.
-
-    As a decorator it guards a function.
-    """
+    """Turn what NumPy raises about matrices and numbers into a `SolverError`; numbers that overflow raise too."""
+    # As a decorator it guards a function.
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             yield
@@ -47,22 +45,7 @@ def memory() -> int:
 
 
 def require_memory(numbers: float, what: str, hint: str) -> None:
-    """Refuse what needs more memory than the machine has.
-
-    Parameters
-    ----------
-    numbers
-        Floating-point numbers that are held at a time.
-    what
-        What they are.
-    hint
-        What to change in the scene.
-
-    Raises
-    ------
-    TooLargeError
-        When they are more than the machine's memory holds.
-    """
+    """Refuse what needs more memory than the machine has."""
     there = memory()
     if 8 * numbers > there:
         raise TooLargeError(

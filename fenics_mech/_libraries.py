@@ -24,10 +24,8 @@ def launched() -> bool:
 
 @contextmanager
 def alone() -> Iterator[None]:
-    """Start MPI in here for this process alone, unless it is `launched`: it waits for 0.03 s then instead of 0.3 s.
-
-    Settings of the user win.
-    """
+    """Start MPI in here for this process alone, unless it is `launched`: it waits for 0.03 s then instead of 0.3 s."""
+    # Settings of the user win.
     ours = {} if launched() else {name: value for name, value in ALONE.items() if name not in os.environ}
     os.environ.update(ours)
     try:

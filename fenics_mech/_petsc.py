@@ -22,13 +22,7 @@ def not_there(error: ImportError) -> MechanismError:
 
 
 class Absent:
-    """Stands for a library that is not there: results are read and drawn without it, and its use is an error.
-
-    Parameters
-    ----------
-    error
-        Why it could not be imported.
-    """
+    """Stands for a library that is not there: results are read and drawn without it, and its use is an error."""
 
     def __init__(self, error: ImportError) -> None:
         self.error = error
@@ -49,20 +43,6 @@ except ImportError as error:
     MPI = PETSc = SLEPc = Absent(error)  # type: ignore[assignment,misc]
 if not isinstance(PETSc, Absent) and PETSc.ScalarType is not PETSc.RealType:
     raise MechanismError("the PETSc that is installed computes with complex numbers: install the one with real numbers")
-
-__all__ = [
-    "DIRECT",
-    "MPI",
-    "SLOWEST_MODES",
-    "SMALLEST_PIVOT",
-    "WHOLE_SPECTRUM",
-    "PETSc",
-    "SLEPc",
-    "configured",
-    "name_of",
-    "to_petsc",
-    "to_scipy",
-]
 
 SMALLEST_PIVOT = 1e-290  # PETSc's own, 2e-14, is not free of units: the stiffness of a machine in micrometres is less
 LATER = {"ts_dt": "ts_time_step"}  # names of options that PETSc has given new ones: each release reads the one it knows
@@ -110,22 +90,7 @@ def to_scipy(matrix: PETSc.Mat) -> sp.csr_matrix:
 def configured(
     solver: Any, prefix: str, defaults: Mapping[str, Any], asked: Mapping[str, Any], keep: bool = False
 ) -> Iterator[Any]:
-    """Give a solver its options and destroy it at the end, unless it is kept.
-
-    Parameters
-    ----------
-    solver
-        A new KSP or EPS.
-    prefix
-        The prefix of its options, such as "periodic_".
-    defaults
-        Options without prefix.
-    asked
-        Options with prefix, which win over the defaults; those of other prefixes are passed over. Options on the PETSc
-        command line or in the environment variable PETSC_OPTIONS win over both.
-    keep
-        Whether it is needed later on: whoever keeps it destroys it, as Python by itself does not.
-    """
+    """Give a solver its options and destroy it at the end, unless it is kept."""
     solver.setOptionsPrefix(prefix)
     base = PETSc.Options()
     options = {prefix + key: value for key, value in defaults.items()}
@@ -160,10 +125,8 @@ def configured(
 
 
 def code_of(error: BaseException) -> int:
-    """Give the code of an error of PETSc or SLEPc.
-
-    SLEPc for Python 3.25 raises a `SystemError` that has PETSc's as its cause; any other one is raised again.
-    """
+    """Give the code of an error of PETSc or SLEPc."""
+    # SLEPc for Python 3.25 raises a `SystemError` that has PETSc's as its cause; any other one is raised again.
     found = error if isinstance(error, PETSc.Error) else error.__cause__
     if not isinstance(found, PETSc.Error):
         raise error

@@ -19,20 +19,10 @@ from fenics_mech.errors import MechanismError
 
 @dataclass(frozen=True)
 class Plugin:
-    """An object of another package.
+    """An object of another package."""
 
-    Parameters
-    ----------
-    name
-        Its name, as scenes state it.
-    package
-        The package that it comes with.
-    entry
-        Its entry point.
-    """
-
-    name: str
-    package: str
+    name: str  # its name, as scenes state it
+    package: str  # the package that it comes with
     entry: EntryPoint
 
     def __str__(self) -> str:
@@ -73,15 +63,10 @@ class Plugin:
 
 @cache
 def plugins(group: str) -> tuple[Plugin, ...]:
-    """Give the plugins of a group such as "effects", by name; none of them is imported yet.
-
-    Raises
-    ------
-    MechanismError
-        When two packages give one of the same name.
-    """
+    """Give the plugins of a group such as "effects", by name; none of them is imported yet."""
     found: dict[str, Plugin] = {}
-    for package in distributions(path=[folder for folder in sys.path if not _is_current(folder)]):
+    trusted = [folder for folder in sys.path if folder and Path(folder).absolute() != Path.cwd()]
+    for package in distributions(path=trusted):
         for entry in _entries(package, f"fenics_mech.{group}"):
             plugin = Plugin(entry.name, package.metadata["Name"], entry)
             other = found.setdefault(entry.name, plugin)
@@ -93,7 +78,3 @@ def plugins(group: str) -> tuple[Plugin, ...]:
 def _entries(package: Distribution, group: str) -> list[EntryPoint]:
     text = package.read_text("entry_points.txt")
     return [entry for entry in package.entry_points if entry.group == group] if text and group in text else []
-
-
-def _is_current(folder: str) -> bool:
-    return not folder or Path(folder).absolute() == Path.cwd()

@@ -13,13 +13,7 @@ _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
 @contextmanager
 def heard(listener: Listener) -> Iterator[None]:
-    """Call a listener with the share of the work that is done, from 0 to 1, wherever `reached` says it.
-
-    Parameters
-    ----------
-    listener
-        Takes the share.
-    """
+    """Call a listener with the share of the work that is done, from 0 to 1, wherever `reached` says it."""
     token = _listener.set(listener)
     try:
         yield
@@ -28,14 +22,6 @@ def heard(listener: Listener) -> Iterator[None]:
 
 
 def reached(time: float, start: float, end: float) -> None:
-    """Say how far a motion in time has come.
-
-    Parameters
-    ----------
-    time
-        Time that is reached (s).
-    start, end
-        Times at which the motion begins and ends (s).
-    """
+    """Say how far a motion in time has come."""
     if (listener := _listener.get()) is not None and end > start:
         listener(min(max((time - start) / (end - start), 0.0), 1.0))

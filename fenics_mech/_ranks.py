@@ -22,18 +22,12 @@ class _EndedError(Exception):
 
 
 def together(comm: Any, work: Callable[[], Found]) -> Found:
-    """Let every process work; an error of one is raised by all, so that none waits for one that has ended.
-
-    Raises
-    ------
-    MechanismError
-        When another process, and not this one, ended with an error; else the error of this one.
-    """
+    """Let every process work; an error of one is raised by all, so that none waits for one that has ended."""
     try:
         found, error = tried(comm, work)
     except _EndedError as ended:
         raise MechanismError(str(ended)) from None
-    reports = comm.allgather((True, error and _said(error)))
+    reports = comm.allgather((True, error and f"{type(error).__name__}: {error}"))
     if error is not None:
         raise error
     for rank, (_, text) in enumerate(reports):
@@ -43,13 +37,7 @@ def together(comm: Any, work: Callable[[], Found]) -> Found:
 
 
 def shared(work: Callable[[], Found]) -> Found:
-    """Let every process of `MPI.COMM_WORLD` do the same work, in which `over_positions` shares what it is given.
-
-    Raises
-    ------
-    MechanismError
-        When another process, and not this one, ended with an error; else the error of this one.
-    """
+    """Let every process of `MPI.COMM_WORLD` do the same work, in which `over_positions` shares what it is given."""
     before = _sharing.set(MPI.COMM_WORLD)
     try:
         return together(MPI.COMM_WORLD, work)
@@ -58,15 +46,7 @@ def shared(work: Callable[[], Found]) -> Found:
 
 
 def tried(comm: Any, work: Callable[[], Found]) -> tuple[Found | None, Exception | None]:
-    """Give what the work finds, or its error; an interrupt ends all processes.
-
-    Parameters
-    ----------
-    comm
-        The processes.
-    work
-        The work.
-    """
+    """Give what the work finds, or its error; an interrupt ends all processes."""
     try:
         return work(), None
     except _EndedError:
@@ -77,7 +57,3 @@ def tried(comm: Any, work: Callable[[], Found]) -> tuple[Found | None, Exception
         if comm.size > 1:
             comm.Abort(INTERRUPTED)
         raise
-
-
-def _said(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}"

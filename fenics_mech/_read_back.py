@@ -56,17 +56,8 @@ class Decided(TypedDict):
 
 
 def read_json(path: Path, kind: TypeAdapter[Kind]) -> Kind:
-    """Read a JSON file of one kind: an ordinary file, bounded in size and depth, of the very types that are stated.
-
-    Symbolic links are followed, as those of scenes are: of a file that is not of the kind nothing is shown.
-
-    Raises
-    ------
-    OSError
-        When it cannot be read.
-    ValueError
-        When it is of another kind; the text names nothing that the file holds.
-    """
+    """Read a JSON file of one kind: an ordinary file, bounded in size and depth, of the very types that are stated."""
+    # Symbolic links are followed, as those of scenes are: of a file that is not of the kind nothing is shown.
     content = read_bounded(path, LARGEST_KEPT)
     try:
         return kind.validate_json(content)
@@ -122,20 +113,7 @@ JOINED = re.compile(r"[A-Za-z_][A-Za-z0-9_ .,:()\-]*")
 
 
 def refuse_strange(data: xr.Dataset, names: Callable[[], Collection[str]]) -> None:
-    """Raise where a loaded dataset holds what no analysis of its scene gives.
-
-    Parameters
-    ----------
-    data
-        The dataset.
-    names
-        Gives the names that its scene has, and "ground"; asked for where labels are made of them.
-
-    Raises
-    ------
-    ValueError
-        When an attribute, a label or a number cannot be.
-    """
+    """Raise where a loaded dataset holds what no analysis of its scene gives."""
     for name, value in data.attrs.items():
         _refuse_attribute(str(name), value)
     for name, variable in data.variables.items():

@@ -47,18 +47,7 @@ class Circle:
 
 
 def groups_of_sketch(path: Path) -> tuple[Array, dict[str, Index], dict[str, Index], list[str]]:
-    """Read a sketch, and give nodes, lines of links and named points, as the reader of drawings gives them.
-
-    Parameters
-    ----------
-    path
-        The .svg or .dxf file.
-
-    Raises
-    ------
-    ValueError
-        When it cannot be read, or is no linkage of lines and circles.
-    """
+    """Read a sketch, and give nodes, lines of links and named points, as the reader of drawings gives them."""
     try:
         found = list(_of_svg(path) if path.suffix == ".svg" else _of_dxf(path))
     except ImportError as error:

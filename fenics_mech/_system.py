@@ -33,18 +33,6 @@ def memory_of_machine() -> int:
     return int(psutil.virtual_memory().total)
 
 
-def peak_memory() -> float:
-    """Give the largest memory of this process so far (bytes).
-
-    Linux keeps it by program: what `getrusage` gives there is also that of the one that started it.
-    """
-    try:
-        status = Path("/proc/self/status").read_text()
-    except OSError:  # macOS, in bytes
-        return 0 if resource is None else float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-    return next(float(line.split()[1]) * 1024 for line in status.splitlines() if line.startswith("VmHWM"))
-
-
 def memory_limit() -> int | None:
     """Give the memory that this process may have (bytes), or None where nothing limits it."""
     if resource is None:
@@ -54,36 +42,16 @@ def memory_limit() -> int | None:
 
 
 def limit_process(memory: int, largest_file: int) -> None:
-    """Limit what this process may take, where the system can.
-
-    Parameters
-    ----------
-    memory
-        Bytes of addresses.
-    largest_file
-        Bytes of each file that it writes.
-    """
+    """Limit what this process may take, where the system can."""
     if resource is not None:
         for limit, most in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_FSIZE, largest_file)):
             resource.setrlimit(limit, (most, most))
 
 
 def folder_of_ones_own(folder: Path) -> Path:
-    """Make a folder of code that is run, and give its real path, in which nobody else can change anything.
-
-    As by StrictModes of ssh: it is the user's, those that it is in are his or the system's, and no group or other user
-    may write to one of them. In one with the sticky bit, such as /tmp, others can change their own files only.
-
-    Parameters
-    ----------
-    folder
-        The folder.
-
-    Raises
-    ------
-    OSError
-        When it cannot be made, or others can write there.
-    """
+    """Make a folder of code that is run, and give its real path, in which nobody else can change anything."""
+    # As by StrictModes of ssh: it is the user's, those that it is in are his or the system's, and no group or other
+    # user may write to one of them. In one with the sticky bit, such as /tmp, others can change their own files only.
     for missing in [one for one in (*reversed(folder.parents), folder) if not one.exists()]:
         missing.mkdir(mode=0o700, exist_ok=True)
     real = folder.resolve(strict=True)
@@ -101,13 +69,7 @@ def folder_of_ones_own(folder: Path) -> Path:
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Hold the lock that a file stands for; the system takes it away from a process that ends.
-
-    Parameters
-    ----------
-    path
-        The file, which is made where it is not there. A symbolic link is an error: it may be to any file.
-    """
+    """Hold the lock that a file stands for; the system takes it away from a process that ends."""
     if fcntl is None:
         import filelock  # noqa: PLC0415
 
@@ -124,20 +86,8 @@ def locked(path: Path) -> Iterator[None]:
 
 @contextmanager
 def alone_in(folder: Path) -> Iterator[bool]:
-    """Hold a folder against others that ask so, and tell whether nobody else does; the system lets it free at the end.
-
-    Systems and file systems without such locks hold nothing.
-
-    Parameters
-    ----------
-    folder
-        The folder.
-
-    Raises
-    ------
-    OSError
-        When the folder cannot be read: others that may read it would not be seen.
-    """
+    """Hold a folder against others that ask so until the process ends; tell whether nobody else holds it."""
+    # Systems and file systems without such locks hold nothing.
     if fcntl is None:
         yield True
         return

@@ -138,9 +138,9 @@ class ViewError(MechanismError):
     """A picture or an animation cannot be made on this machine."""
 
 
-def percent_of_error(share: float, digits: int = 2) -> str:
+def percent_of_error(share: float) -> str:
     """Write an error in percent; from 100 % on no more than that is known of it."""
-    return percent(share, digits) if share < 1 else "100 % or more"
+    return percent(share) if share < 1 else "100 % or more"
 
 
 def percent(share: float, digits: int = 2) -> str:

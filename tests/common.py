@@ -9,10 +9,10 @@ import pytest
 
 if TYPE_CHECKING:
     from fenics_mech import Result, Scene
-    from fenics_mech.accuracy.estimate import Errors
     from fenics_mech.answers.in_time_by_poses import InTime
     from fenics_mech.answers.modes_by_poses import HeldMachine
     from fenics_mech.answers.solved_by_poses import AtRest, Solved
+    from fenics_mech.estimate.error_sources import Errors
 
 ROOT = Path(__file__).parents[1]
 DEMOS = ROOT / "demos"
@@ -85,8 +85,8 @@ def _no_errors(solution: Solved | AtRest | InTime, *_: object) -> Errors:
     """Take all errors for 0."""
     import numpy as np
 
-    from fenics_mech.accuracy.estimate import Errors
-    from fenics_mech.accuracy.quantities import places_of
+    from fenics_mech.estimate.error_sources import Errors
+    from fenics_mech.estimate.quantities import places_of
 
     sizes = {
         name: np.ones(len(parts))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.accuracy.quantities import measures
-from fenics_mech.answers.by_poses import planned, quantities
+from fenics_mech.answers.by_poses import planned
 from fenics_mech.answers.solved_by_poses import AtRest, LinearCycle, Run, Solved
 from fenics_mech.errors import SolverError
+from fenics_mech.estimate.quantities import measures
 from fenics_mech.scene import Scene
 from tests.common import DEMOS
 
@@ -102,13 +102,13 @@ def test_the_next_correction_is_the_error_of_a_linear_theory(kind, effects):
     scene = slider_crank(24, effects=effects, analysis__method=method)
     linear = kind.of(scene)
     here, next_one = (
-        quantities(x) for x in (linear.positions, linear.corrected if kind is LinearCycle else linear.exact)
+        x.quantities for x in (linear.positions, linear.corrected if kind is LinearCycle else linear.exact)
     )
     strict = (Solved if kind is LinearCycle else AtRest).of(scene.changed(effects=EXACT))
-    exact = quantities(strict.positions)
+    exact = strict.positions.quantities
     size = measures(scene, here.largest)
     for what in size:
-        told, true = (float(((x - here).largest[what] / size[what]).max()) for x in (next_one, exact))
+        told, true = (float((x.minus(here).largest[what] / size[what]).max()) for x in (next_one, exact))
         assert told == pytest.approx(true, rel=0.03), what
 
 

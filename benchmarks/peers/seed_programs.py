@@ -16,7 +16,7 @@ from benchmarks.cost_grid import TRUNCATED
 from benchmarks.peers.by_hand import by_exponentials, by_solve_ivp
 from benchmarks.peers.peer_runs import COUPLED, Entry
 from fenics_mech._arrays import Array
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.validation.reference import NineElementModel, gauss_legendre_periodic, link_strain, periodic_response

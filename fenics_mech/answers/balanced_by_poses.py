@@ -13,57 +13,30 @@ from fenics_mech.answers.solved_by_poses import (
     built,
     instants_of,
     left_out_by_linear,
-    steps_of,
     stiffening,
 )
-from fenics_mech.errors import SceneError
 from fenics_mech.estimate import finer_mesh
 from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.scene import Scene
 from fenics_mech.solve import Cycle, Iteration, Path, periodic
 from fenics_mech.solve.harmonic_balance import Balance, Series, balanced
 
 
-def refuse_impulses(scene: Scene) -> None:
-    """Raise `SceneError` where a scene's motion has no series."""
-    if scene.impulses:
-        raise SceneError(
-            "impulses make velocities jump, which harmonics do not follow",
-            place="analysis.solver",
-            hint="Write solver = 'poses'",
-        )
-
-
 @dataclass(frozen=True)
 class Balanced(Solved):
-    """A periodic motion as a Fourier series; its cycle is the same by steps.
-
-    Parameters
-    ----------
-    series
-        The series.
-    """
+    """A periodic motion as a Fourier series; its cycle is the same by steps."""
 
     series: Series
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> Balanced:
-        """Build the machine of a scene, and find its periodic motion.
-
-        A series begins from the rigid motion, whatever motions were before it.
-
-        Raises
-        ------
-        SolverError
-            When there is none near the rigid motion.
-        UnresolvedError
-            When there are too few sub-intervals for the harmonics.
-        """
-        refuse_impulses(scene)
+        """Build the machine of a scene, and find its periodic motion."""
+        # A series begins from the rigid motion, whatever motions were before it.
         made, analysis = built(scene), scene.analysis
         series, changes = balanced(made.machine, scene.period, analysis.harmonics, analysis.sub_intervals)
-        path = series.path(steps_of(scene), analysis.stages)
+        path = series.path(Steps.of(scene).times, analysis.stages)
         cycle = Cycle(made.machine, path, changes)
         return cls(scene, made, cycle, series, left_out=left_out_by_linear(changes))
 
@@ -80,26 +53,13 @@ class Balanced(Solved):
 
 @dataclass(frozen=True)
 class LinearBalanced(LinearCycle):
-    """A periodic motion that is linear beside the rigid one, as a Fourier series.
-
-    Parameters
-    ----------
-    series
-        The series.
-    """
+    """A periodic motion that is linear beside the rigid one, as a Fourier series."""
 
     series: Series
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> LinearBalanced:
-        """Build the machine of a scene, and find its periodic motion in the linear theory of its effects.
-
-        Raises
-        ------
-        SolverError
-            When it is at an undamped resonance.
-        """
-        refuse_impulses(scene)
+        """Build the machine of a scene, and find its periodic motion in the linear theory of its effects."""
         return cls._balanced(scene, built(scene))
 
     @classmethod
@@ -109,7 +69,7 @@ class LinearBalanced(LinearCycle):
         balance.stresses = stiffening(scene, machine, balance.t)
         balance.turning = balance.stresses is not None
         balance.step()
-        rest = Path.of_rest(machine, scene.period, steps_of(scene), analysis.stages)
+        rest = Path.of_rest(machine, scene.period, Steps.of(scene).times, analysis.stages)
         stiff = stiffening(scene, machine, rest.at(rest.tableau.c)[0].ravel())
         step = Iteration(machine, rest, stiff, turning=balance.turning)
         step.found = step.evaluated(step.stresses)

@@ -13,17 +13,7 @@ from fenics_mech.solve import StaticIteration, axial_forces, quasi_static
 
 
 def weakest_link(made: SceneMachine, steps: StaticIteration, k: int) -> str:
-    """Name the link that bends most in the motion that the last stiffness at an instant resists least.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    steps
-        Newton's method after its last step.
-    k
-        Number of the instant.
-    """
+    """Name the link that bends most in the motion that the last stiffness at an instant resists least."""
     machine, n = made.machine, made.machine.n
     matrix = machine.pattern.matrix(steps.values[k]).toarray()
     stiff = matrix[:n, :n] + matrix[:n, :n].T
@@ -40,19 +30,8 @@ def weakest_link(made: SceneMachine, steps: StaticIteration, k: int) -> str:
 
 
 def with_buckled(made: SceneMachine, t: Array, moving: bool, error: SolverError) -> SolverError:
-    """Add to an error of Newton's method the straight link that buckles under its static axial forces, where one does.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    t
-        Instants at which its links are looked at ``(instants,)`` (s).
-    moving
-        Whether the inertia of the rigid motion acts.
-    error
-        What was said.
-    """
+    """Add to an error of Newton's method which straight link buckles under its static axial forces, if any."""
+    # t: instants at which its links are looked at ``(instants,)`` (s)
     machine = made.machine
     straight = StaticIteration(machine, t, moving, axial_forces(machine, quasi_static(machine, t, moving)))
     straight.step()
@@ -70,17 +49,8 @@ FOLDED = 1.0  # rad, between the chord of an element and its ends' sections
 
 
 def refuse_folded(made: SceneMachine, found: Evaluation, t: Array) -> None:
-    """Raise `SolverError` where an element is bent so far that its strains are not those of its member.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    found
-        Its residual ``(instants, ...)``.
-    t
-        The instants (s).
-    """
+    """Raise `SolverError` where an element is bent so far that its strains are not those of its member."""
+    # found: its residual ``(instants, ...)``; t: the instants (s)
     assert made.links is not None
     strains, mesh = found.terms[made.machine.terms.index(made.machine.beams)].x, made.links.mesh
     turned = np.abs(strains[..., 1]) + np.abs(strains[..., 2]) / 2

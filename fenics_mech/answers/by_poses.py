@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,13 +11,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index, norms
-from fenics_mech.accuracy.at_stations import between_stations
-from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
-from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
-from fenics_mech.accuracy.remarks import between_points
 from fenics_mech.answers.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.answers.buckled_links import with_buckled
+from fenics_mech.answers.mode_speeds import mode_speeds
 from fenics_mech.answers.modes_by_poses import modes_kept
 from fenics_mech.answers.rest_by_poses import FreelyAtRest
 from fenics_mech.answers.solved_by_poses import (
@@ -34,28 +29,30 @@ from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING
 from fenics_mech.errors import SceneError, SolverError, UnstableError
+from fenics_mech.estimate.error_sources import Errors
+from fenics_mech.estimate.missed_peaks import BETWEEN, MissedPeaks, between_stations
+from fenics_mech.estimate.quantities import MEASURE, Quantities, measures
+from fenics_mech.estimate.remarks import between_points
 from fenics_mech.joints.torsional_springs import too_stiff
-from fenics_mech.kinematics import refuse_unresolved
 from fenics_mech.machine.along_members import along_members
+from fenics_mech.machine.corners import refuse_unresolved
 from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.planning.sampling_checks import refuse_undersampled
 from fenics_mech.recovery.balance import balance_of
-from fenics_mech.recovery.between_poses import missed_peaks
 from fenics_mech.recovery.dataset import decisions, joined, of_errors
 from fenics_mech.recovery.link_motion import motion_of_links
-from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.recovery.peaks_between import missed_peaks
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
-from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
+from fenics_mech.recovery.strains import without_vibration
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
-from fenics_mech.scene.joints import effort_units
 from fenics_mech.solve import followed_modes, forces_about, held_modes, quasi_static
 from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.terms.causes import Cause
@@ -77,26 +74,7 @@ ORDERS = {
 
 
 def by_poses(scene: Scene, run: Run | None = None, names: Collection[str] | None = None) -> Result:
-    """Analyse a driven machine over its cycle, or at rest.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    run
-        Motions before it, from which its own is sought under exact strains, and which that is added to.
-    names
-        As of `collected`.
-
-    Raises
-    ------
-    SceneError
-        When it has what no term or joint of poses states yet.
-    SolverError
-        When there is no motion or equilibrium, or a motion is unstable.
-    UnresolvedError
-        When an error is too large.
-    """
+    """Analyse a driven machine over its cycle, or at rest."""
     return answered(scene, names, run)[1]
 
 
@@ -109,92 +87,25 @@ def answered(
 
 
 def result_of(solved: Solved | AtRest, names: Collection[str] | None = None, chosen: bool = False) -> Result:
-    """Judge an answer as its scene asks, estimate its errors, and collect both with it.
-
-    Parameters
-    ----------
-    solved
-        The answer.
-    names
-        As of `collected`.
-    chosen
-        As of `estimated`.
-
-    Raises
-    ------
-    SolverError
-        When a motion is unstable, and may not be so.
-    UnresolvedError
-        When an error is too large.
-    """
+    """Judge an answer as its scene asks, estimate its errors, and collect both with it."""
     stability = stability_of(solved)
     errors = estimated(solved, chosen) if solved.scene.analysis.error_estimates else None
     return collected(solved, errors, stability, names)
 
 
-@dataclass
-class RefinedByPoses:
-    """Analyses with one discretisation after the other, of which the last is kept; see `meet_tolerance.Analyser`."""
-
-    _last: tuple[Solved | AtRest, Errors] | None = None
-    _chosen: bool = False
-    _stability: xr.Dataset = field(default_factory=xr.Dataset)
-
-    def planned(self, scene: Scene) -> Scene:
-        """Give a scene with its effects: where the program chooses them, strains are exact."""
-        self._chosen = scene.effects == "auto"
-        return planned(scene)
-
-    def analyse(self, trial: Scene) -> Result:
-        """Analyse a scene as it states, and give what tells whether it is within its tolerance."""
-        solved = solution(trial)
-        errors = estimated(solved, self._chosen)
-        self._last = solved, errors
-        told = read_off(solved.positions, _by_exact_strains(solved, errors)), of_errors(errors).dataset()
-        return Result.with_scene(solved.scene, joined(*told))
-
-    def judge(self, allow_unstable: bool) -> None:
-        """Raise `SolverError` where the last motion is unstable and may not be so."""
-        assert self._last is not None
-        if isinstance(solved := self._last[0], Solved):
-            self._stability = stability_of(solved)
-
-    def refuse_missed(self, allow_coarse: bool) -> None:
-        """Raise `UnresolvedError` where the positions of the last trial surely miss peaks, unless that is to pass."""
-        assert self._last is not None
-        if not allow_coarse:
-            self._last[1].refuse_missed(self._last[0].scene)
-
-    def whole(self) -> Result:
-        """Give the whole result of the last trial."""
-        assert self._last is not None
-        return collected(*self._last, self._stability)
+def with_errors(solved: Solved | AtRest, errors: Errors) -> Result:
+    """Give as much of a result as tells whether it is within a tolerance."""
+    data = read_off(solved.positions, _by_exact_strains(solved, errors))
+    return Result.with_scene(solved.scene, joined(data, of_errors(errors)))
 
 
 def has_poses(scene: Scene) -> bool:
-    """Say whether a scene is answered at rest or over a cycle, by the equation of poses.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Say whether a scene is answered at rest or over a cycle, by the equation of poses."""
     return scene.analysis.method != "transient" and not has_modes(scene)
 
 
 def planned(scene: Scene) -> Scene:
-    """Choose the effects of a scene for the equation of poses, or refuse those that it has not.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    SceneError
-        When it lists effects that the equation has not, or leaves out those that a motor needs.
-    """
+    """Choose the effects of a scene for the equation of poses, or refuse those that it has not."""
     in_time = scene.analysis.method == "transient"
     scene = with_effects(with_exact_strains(scene) if in_time else scene)
     if scene.analysis.method == "periodic" and COUPLING not in scene.named_effects:
@@ -214,13 +125,7 @@ def planned(scene: Scene) -> Scene:
 
 
 def with_exact_strains(scene: Scene) -> Scene:
-    """Give a scene with exact strains, which every motion in time has, in place of linear ones that it lists.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give a scene with exact strains, which every motion in time has, in place of linear ones that it lists."""
     if scene.effects == "auto" or EXACT_STRAINS in scene.named_effects:
         return scene
     kept = (name for name in scene.named_effects if name not in (STIFFENING, COUPLING, EXACT_STRAINS))
@@ -228,22 +133,7 @@ def with_exact_strains(scene: Scene) -> Scene:
 
 
 def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
-    """Solve for the answer to a scene in the theory of its effects, and keep an exact motion in its run.
-
-    Parameters
-    ----------
-    scene
-        The scene, with its effects.
-    run
-        As of `by_poses`.
-
-    Raises
-    ------
-    SceneError
-        When the positions or the stages of the steps miss what a load or a drive does between them.
-    SolverError
-        When there is none.
-    """
+    """Solve for the answer to a scene in the theory of its effects, and keep an exact motion in its run."""
     analysis, series = scene.analysis, scene.analysis.solver == "harmonic-balance"
     refuse_unresolved(scene)
     if analysis.method != "periodic":
@@ -252,6 +142,12 @@ def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
             return FreelyAtRest.of(scene)
         return AtRest.of(scene)
     refuse_undersampled(scene, analysis.sub_intervals * analysis.stages, by_collocation=not series)
+    if series and scene.impulses:
+        raise SceneError(
+            "impulses make velocities jump, which harmonics do not follow",
+            place="analysis.solver",
+            hint="Write solver = 'poses'",
+        )
     if EXACT_STRAINS not in scene.named_effects:
         return LinearBalanced.of(scene) if series else LinearCycle.of(scene)
     found = Balanced.of(scene) if series else Solved.of(scene, run)
@@ -268,15 +164,7 @@ def _by_exact_strains(solved: Solved | AtRest, errors: Errors | None) -> float |
 
 
 def choices_of(scene: Scene, by_exact_strains: float | None = None) -> tuple[Choice, ...]:
-    """Say which effects act, what others lack, and what exact strains change, where that is known.
-
-    Parameters
-    ----------
-    scene
-        The scene, with its effects.
-    by_exact_strains
-        Share of the strains by which exact ones differ from linear ones.
-    """
+    """Say which effects act, what others lack, and what exact strains change, where that is known."""
     acting = {effect.name for effect in active(scene)}
     lacking = {name: EFFECTS[name].missing_data(scene) for name in FREE if name not in acting}
     sizes = {EXACT_STRAINS: by_exact_strains}
@@ -285,35 +173,9 @@ def choices_of(scene: Scene, by_exact_strains: float | None = None) -> tuple[Cho
     )
 
 
-def quantities(found: OfPoses) -> Quantities:
-    """Give what is compared between two motions, at the stations of the result."""
-    axial, bending = found.strains
-    forces, efforts = list(found.joint_forces.values()), list(found.efforts().values())
-    return Quantities(
-        axial=axial,
-        bending=bending,
-        deflection=found.deflection,
-        force=np.stack(forces, axis=1) if forces else np.zeros((len(axial), 0, 2)),
-        effort=np.stack(efforts, axis=1) if efforts else np.zeros((len(axial), 0)),
-    )
-
-
 def estimated(solved: Solved | AtRest, chosen: bool = False) -> Errors:
-    """Estimate the errors: by answers without most of each, and by what lies between the positions and the stations.
-
-    Parameters
-    ----------
-    solved
-        The answer.
-    chosen
-        Whether the program chose its effects: what those change that lack data is an error then.
-
-    Raises
-    ------
-    UnresolvedError
-        When one is too large.
-    """
-    here = quantities(solved.positions)
+    """Estimate the errors: by answers without most of each, and by what lies between the positions and the stations."""
+    here = solved.positions.quantities
     parts = {source: _change(here, other) for source, other in solved.better()}
     # halved elements lack the rest of the error; of answers at rest, inertia along and beside elements is of order 2
     lack = 2.0 ** (2.0 if isinstance(solved, AtRest) else mesh_order(solved.scene))
@@ -335,7 +197,7 @@ def estimated(solved: Solved | AtRest, chosen: bool = False) -> Errors:
             shares=1 if still else BETWEEN_SHARES,
         )
         parts[BETWEEN] = dict(missed.errors)
-    return told(solved.scene, here, parts, missed)
+    return judged_errors(solved.scene, here, parts, missed)
 
 
 RECTANGLE = 5 / 6  # of the area carries shear: sections that state no share have about as much
@@ -355,36 +217,17 @@ def _change(here: Quantities, other: OfPoses | None) -> dict[str, Array]:
     """Give by how much a better answer differs, by quantity; where there is none, nothing is known."""
     if other is None:
         return {name: np.full_like(size, np.inf) for name, size in here.largest.items()}
-    return (quantities(other) - here).largest
+    return other.quantities.minus(here).largest
 
 
-def told(
+def judged_errors(
     scene: Scene,
     here: Quantities,
     parts: dict[str, dict[str, Array]],
     missed: MissedPeaks | None = None,
     orders: Mapping[str, float] = ORDERS,
 ) -> Errors:
-    """Add what lies between the stations to errors by source and quantity, and refuse those that are too large.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    here
-        What the errors are of.
-    parts
-        Errors by source, then by quantity.
-    missed
-        What lies between the positions of a cycle; None where nothing is known of it.
-    orders
-        Powers of the numbers with which errors fall, by source.
-
-    Raises
-    ------
-    UnresolvedError
-        When one is too large.
-    """
+    """Add what lies between the stations to errors by source and quantity, and refuse those that are too large."""
     largest = here.largest
     measure = measures(scene, largest)
     if "theory" in parts:  # beyond its measure a quantity is not known at all
@@ -426,18 +269,7 @@ def _unknown(scene: Scene) -> tuple[str, ...]:
 
 
 def stability_of(solved: Solved | AtRest) -> xr.Dataset:
-    """Give what is known of small disturbances, where the scene asks for it.
-
-    Parameters
-    ----------
-    solved
-        The answer.
-
-    Raises
-    ------
-    SolverError
-        When one grows, and the scene does not let that pass, or comes back as it was.
-    """
+    """Give what is known of small disturbances, where the scene asks for it."""
     scene = solved.scene
     if not (isinstance(solved, Solved) and scene.analysis.stability):
         return xr.Dataset()
@@ -473,10 +305,8 @@ def stability_of(solved: Solved | AtRest) -> xr.Dataset:
 
 
 def _refuse_resonance(solved: Solved, values: NDArray[Any], rates: NDArray[Any], modes: Index) -> None:
-    """Raise `SolverError` where a vibration comes back after a cycle as it was: steps alone damp it then.
-
-    A disturbance that creeps back, as of a hinge that is nearly blocked, has a real multiplier just below 1.
-    """
+    """Raise `SolverError` where a vibration comes back after a cycle as it was: steps alone damp it then."""
+    # A disturbance that creeps back, as of a hinge that is nearly blocked, has a real multiplier just below 1.
     creeps = (values.imag == 0) & (values.real < 1)
     distance, period = np.where(creeps, np.inf, np.abs(values - 1)), solved.scene.period
     worst = int(distance.argmin())
@@ -501,17 +331,7 @@ def _links_of(solved: Solved, modes: Index) -> list[str]:
 
 
 def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Collection[str] | None = None) -> xr.Dataset:
-    """Label what answers of all kinds have: strains, forces and places at the positions, and what was decided.
-
-    Parameters
-    ----------
-    found
-        The answer at the positions.
-    by_exact_strains
-        Share that exact strains change beside linear ones; None where it is not known.
-    names
-        Variables that are wanted: where members have all of them, nothing else is read. None for all.
-    """
+    """Label what answers of all kinds have: strains, forces and places at the positions, and what was decided."""
     scene, links, bends = found.made.scene, found.links(), found.made.links is not None
     variables: dict[str, Any] = found.members()
     efforts, forces, moments = dict[str, Array](), dict[str, Array](), dict[str, Array]()
@@ -558,19 +378,7 @@ def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Colle
 def collected(
     solved: Solved | AtRest, errors: Errors | None, stability: xr.Dataset, names: Collection[str] | None = None
 ) -> Result:
-    """Label what was found.
-
-    Parameters
-    ----------
-    solved
-        The answer.
-    errors
-        Its errors; None where they are not estimated.
-    stability
-        What is known of disturbances.
-    names
-        Variables that are wanted: what takes more time is left out when they are known. None for all.
-    """
+    """Label what was found."""
     scene, found = solved.scene, solved.positions
     data = read_off(found, _by_exact_strains(solved, errors), names)
     data = joined(data, stability).drop_vars(solved.untold, errors="ignore").assign_attrs(stamp(scene))
@@ -588,12 +396,11 @@ def collected(
         parts.append(lambda data: of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
     parts.append(lambda data: mode_speeds(scene, found.made))
     if errors is not None:
-        data = joined(data, of_errors(errors).dataset())
+        data = joined(data, of_errors(errors))
     for part in parts:
         if names is None or not data.variables.keys() >= set(names):
             data = joined(data, part(data))
-    units = effort_units(scene.moved_joints, scene.joints)
-    return Result.with_scene(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
+    return Result.with_scene(scene, with_units(scene, data))
 
 
 def _power(solved: Solved | AtRest, errors: Errors | None) -> xr.Dataset:
@@ -601,15 +408,12 @@ def _power(solved: Solved | AtRest, errors: Errors | None) -> xr.Dataset:
     instants, weights = solved.weighed
     powers, efforts = instants.powers(), np.stack(list(solved.positions.efforts().values()), axis=1)
     given = next(iter(solved.positions.powers().values()))
-    passed = max(float(np.abs(power).mean()) for power in powers.values())
-    bound = np.nan
-    if errors is not None:
-        uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)
-        bound = float(uncertain @ np.abs(solved.positions.drive_rates()).mean(axis=0))
+    bound = np.nan if errors is None else errors.of_power(solved.positions.drive_rates())
     mean = {cause: float(weights @ power) for cause, power in powers.items()}
     if isinstance(solved, Solved) and solved.scene.impulses:
-        return _with_impulses(solved, mean, MEASURE.small_power * passed, bound)
-    found = balance_of(mean, MEASURE.small_power * passed, bound)
+        mean, given_at = _with_impulses(solved, mean)
+        return balance_of(mean, powers, bound, MEASURE.small_power).merge(given_at)
+    found = balance_of(mean, powers, bound, MEASURE.small_power)
     found["drive_effort_rms"] = (("drive",), np.sqrt(np.mean(efforts**2, axis=0)))
     surplus = np.append(given, given[0]) - given.mean()
     stored = np.cumsum((surplus[1:] + surplus[:-1]) / 2) * solved.scene.period / len(given)
@@ -624,7 +428,7 @@ def _shaft(found: OfPoses) -> xr.Dataset:
     return xr.Dataset({"drive_twist": ("theta", turned - law), "drive_rate": ("theta", rate)}, attrs=figures)
 
 
-def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: float) -> xr.Dataset:
+def _with_impulses(solved: Solved, mean: dict[str, float]) -> tuple[dict[str, float], xr.Dataset]:
     """Add what impulses give, and what drives give at them, to the mean powers; with the impulses of their efforts."""
     cycle, scene, n = solved.cycle, solved.scene, solved.made.machine.n
     efforts, works = np.zeros((len(scene.impulses), len(scene.drives))), 0.0
@@ -634,9 +438,9 @@ def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: 
         t = (cycle.path.starts + cycle.path.h)[k : k + 1]
         rates = OfPoses(solved.made, Motion(solved.made.machine, t, *cycle.path.when(t))).drive_rates()
         mean[next(iter(mean))] += float(np.sum(efforts[blows.numbers] @ rates[0])) / scene.period
-    found = balance_of(mean | {Cause.IMPULSES: works / scene.period}, small, bound)
-    found["drive_impulse"] = (("impulse", "drive"), efforts)
-    return found.assign_coords(impulse=list(scene.impulses), drive=[drive.joint for drive in scene.drives])
+    labels = {"impulse": list(scene.impulses), "drive": [drive.joint for drive in scene.drives]}
+    impulses = xr.Dataset({"drive_impulse": (("impulse", "drive"), efforts)}, labels)
+    return mean | {Cause.IMPULSES: works / scene.period}, impulses
 
 
 def _modes(solved: Solved) -> xr.Dataset:
@@ -649,15 +453,14 @@ def _modes(solved: Solved) -> xr.Dataset:
         raise with_buckled(solved.made, t, True, error) from error
     count = modes_kept(scene.analysis.modes, found.omega.shape[1])
     here, finer = (held_modes(x.machine, 0.0)[0][:count] for x in (solved.made, solved.finer))
+    return of_modes(found.omega[:, :count], np.abs(here / finer - 1), found.assurance[:, :count])
+
+
+def of_modes(omega: Array, error: Array, assurance: Array) -> xr.Dataset:
+    """Label rates (rad/s) and assurances of modes ``(positions, modes)``, and their relative errors ``(modes,)``."""
     along = ("theta", "mode")
-    return xr.Dataset(
-        {
-            "frequency": (along, found.omega[:, :count] / (2 * np.pi)),
-            "frequency_error": (("mode",), np.abs(here / finer - 1)),
-            "assurance": (along, found.assurance[:, :count]),
-        },
-        {"mode": np.arange(1, count + 1)},
-    )
+    values = {"frequency": (along, omega / (2 * np.pi)), "frequency_error": (("mode",), error)}
+    return xr.Dataset(values | {"assurance": (along, assurance)}, {"mode": np.arange(1, omega.shape[1] + 1)})
 
 
 def _without_vibration(solved: Solved) -> xr.Dataset:
@@ -667,9 +470,4 @@ def _without_vibration(solved: Solved) -> xr.Dataset:
     acting = LinearMotion(motion, still.change, moving=False, stresses=still.stresses).acting
     assert acting is not None
     forces = along_members(solved.made, acting.found, acting.a, s, bent=False)
-    sections = scene.rigidities(s)
-    by_force, by_moment = stress_over_modulus(sections, forces.axial, forces.moment)
-    strain, along = by_force[..., None] + by_moment, ("theta", "member", "s", "fibre")
-    return xr.Dataset(
-        {"strain_quasi_static": (along, strain), "stress_quasi_static": (along, young_modulus(sections) * strain)}
-    )
+    return xr.Dataset(without_vibration(scene.rigidities(s), forces.axial, forces.moment))

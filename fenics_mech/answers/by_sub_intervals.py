@@ -9,24 +9,19 @@ import logging
 import math
 from collections.abc import Collection, Iterator, Sequence
 from copy import copy
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, summed
-from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.missed_peaks import BETWEEN
-from fenics_mech.accuracy.quantities import MEASURE, Quantities
-from fenics_mech.accuracy.remarks import between_points
-from fenics_mech.accuracy.validity import VALIDITY
-from fenics_mech.answers.by_poses import FEWEST, choices_of, collected, quantities, read_off, told
+from fenics_mech.answers.by_poses import FEWEST, choices_of, collected, judged_errors, of_modes, read_off
 from fenics_mech.answers.in_time_by_poses import labelled_in_time
 from fenics_mech.answers.solved_by_poses import Solved, instants_of
 from fenics_mech.classical.bodies import Bodies
 from fenics_mech.classical.joints import turns
-from fenics_mech.classical.known import lacking
+from fenics_mech.classical.known import unknown_part
 from fenics_mech.classical.mechanism import Mechanism, Transformation
 from fenics_mech.classical.modes import Modes, slowest
 from fenics_mech.classical.resonances import Vibration, frequency_error, missed_vibrations, slower_than
@@ -34,8 +29,13 @@ from fenics_mech.classical.response import JOINED, Response, SubIntervals, rates
 from fenics_mech.classical.strains import deflection, end_forces, section_forces
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, VIBRATION
 from fenics_mech.errors import MechanismError, SceneError, SolverError
+from fenics_mech.estimate.accepted_errors import VALIDITY
+from fenics_mech.estimate.error_sources import Errors
+from fenics_mech.estimate.missed_peaks import BETWEEN
+from fenics_mech.estimate.quantities import MEASURE, Quantities
+from fenics_mech.estimate.remarks import between_points
 from fenics_mech.geometry import End
-from fenics_mech.kinematics import refuse_unresolved
+from fenics_mech.machine.corners import refuse_unresolved
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.joint_forces import Reactions
@@ -43,13 +43,13 @@ from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections
 from fenics_mech.planning.sampling_checks import refuse_undersampled, require_positions
-from fenics_mech.recovery.balance import balance_of, mean_in_time
-from fenics_mech.recovery.between_poses import missed_peaks
+from fenics_mech.recovery.balance import balance_of, given_by, mean_in_time
 from fenics_mech.recovery.dataset import decisions
 from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.recovery.peaks_between import missed_peaks
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
+from fenics_mech.recovery.strains import stress_over_modulus, without_vibration
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.terms.causes import Cause
@@ -66,29 +66,10 @@ IN_TIME = ("what the mesh does to modes that are superposed in time", "what the 
 
 
 def by_sub_intervals(scene: Scene, names: Collection[str] | None = None) -> Result:
-    """Analyse a periodic motion by sub-intervals, or one in time by its modes, from rest with straight links.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    names
-        As of `collected`.
-
-    Raises
-    ------
-    AssemblyError
-        When the links cannot be put together.
-    SceneError
-        When it has what the method does not know, or its positions miss what a load or a drive does between them.
-    SolverError
-        When the sub-intervals cannot be joined, or deflections are far beyond the theory.
-    UnresolvedError
-        When modes ring, or an error is too large.
-    """
+    """Analyse a periodic motion by sub-intervals, or one in time by its modes, from rest with straight links."""
     if scene.effects == "auto":
         scene = scene.changed(effects=())  # it has no others
-    if place := lacking(scene):
+    if place := unknown_part(scene):
         raise SceneError(
             "solver = 'sub-intervals' knows driven links of uniform symmetric sections on pins, welds and guides, "
             "their inertia and weight, loads at points, and damping ratios of modes",
@@ -103,13 +84,7 @@ def by_sub_intervals(scene: Scene, names: Collection[str] | None = None) -> Resu
 
 @dataclass(frozen=True)
 class OfModes(OfPoses):
-    """What a response exerts in the rigid motion, where nothing else of it acts, and where it moves the links.
-
-    Parameters
-    ----------
-    found
-        The response.
-    """
+    """What a response exerts in the rigid motion, where nothing else of it acts, and where it moves the links."""
 
     found: Response
 
@@ -262,21 +237,11 @@ def _instants(scene: Scene) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class ByModes:
-    """The answer of a scene, as `by_poses.collected` takes it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    found
-        The response.
-    change
-        Difference of the last two cycles in time; None of a periodic motion.
-    """
+    """The answer of a scene, as `by_poses.collected` takes it."""
 
     scene: Scene
     found: Response
-    change: float | None = None
+    change: float | None = None  # difference of the last two cycles in time; None of a periodic motion
     untold = ("point_velocity_bent", "point_acceleration_bent")
     left_out = None
 
@@ -324,19 +289,11 @@ class ByModes:
             )
 
     def result(self, errors: Errors | None, names: Collection[str] | None = None) -> Result:
-        """Label what was found.
-
-        Parameters
-        ----------
-        errors
-            Its errors; None where they are not estimated.
-        names
-            As of `by_poses.collected`.
-        """
+        """Label what was found."""
         decided = decisions(len(self.found.by.mechanism.P.kept), len(self.positions.mesh.cell), choices_of(self.scene))
         attributes: dict[str, object] = {"solver": "sub-intervals"} | decided
         if self.change is None:
-            beside = self._told_of_cycle().assign_attrs(condition=self.found.by.condition)
+            beside = self._beside_cycle().assign_attrs(condition=self.found.by.condition)
             found = collected(self, errors, beside, names)  # type: ignore[arg-type]
         else:
             attributes |= {"cycle_change": self.change, "time_steps": len(self.found.q)}
@@ -345,25 +302,13 @@ class ByModes:
         found.data.attrs.update(attributes)
         return found
 
-    def _told_of_cycle(self) -> xr.Dataset:
+    def _beside_cycle(self) -> xr.Dataset:
         """Give natural frequencies, and strains and stresses without vibration."""
         by, found, s = self.found.by, self.positions, self.positions.stations
         still = found.P.to_nodes(by.mechanism.stiffness.solve(by.load))
         axial, _, moment = section_forces(found.P, still, found.P.acceleration, s)
-        sections = self.scene.rigidities(s)
-        by_force, by_moment = stress_over_modulus(sections, axial, moment)
-        strain, along = by_force[..., None] + by_moment, ("theta", "member", "s", "fibre")
-        count = by.modes.omega.shape[1]
-        return xr.Dataset(
-            {
-                "frequency": (("theta", "mode"), by.modes.omega / (2 * np.pi)),
-                "frequency_error": (("mode",), frequency_error(by.mechanism, by.modes)),
-                "assurance": (("theta", "mode"), by.modes.assurance),
-                "strain_quasi_static": (along, strain),
-                "stress_quasi_static": (along, young_modulus(sections) * strain),
-            },
-            {"mode": np.arange(1, count + 1)},
-        )
+        modes = of_modes(by.modes.omega, frequency_error(by.mechanism, by.modes), by.modes.assurance)
+        return modes.assign(without_vibration(self.scene.rigidities(s), axial, moment))
 
     def _power_in_time(self, errors: Errors | None) -> xr.Dataset:
         """Give the mean power of every cause, and what the machine stores."""
@@ -374,28 +319,18 @@ class ByModes:
         motion = Motion(self.made.machine, P.t[ends], q[ends], found.rates[ends], 0 * q[ends])
         weight, stored = energy_of_weight(motion), kinetic_energy(motion) + energy_of_terms(motion)
         if any(self.scene.gravity):
-            mean[Cause.WEIGHT] = -float(weight[1] - weight[0]) / duration
-        mean[Cause.STORED] = -float(stored[1] - stored[0]) / duration
-        passed = max(float(np.abs(power).mean()) for power in powers.values())
-        bound = np.nan
-        if errors is not None:
-            uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)
-            bound = float(uncertain @ np.abs(found.drive_rates()).mean(axis=0))
-        return balance_of(mean, MEASURE.small_power * passed, bound)
+            mean[Cause.WEIGHT] = given_by(weight, duration)
+        mean[Cause.STORED] = given_by(stored, duration)
+        bound = np.nan if errors is None else errors.of_power(found.drive_rates())
+        return balance_of(mean, powers, bound, MEASURE.small_power)
 
     # ---- errors ----
     def errors(self) -> Errors:
-        """Estimate the errors by half as many sub-intervals, more modes, a finer mesh, and the answer by poses.
-
-        Raises
-        ------
-        UnresolvedError
-            When one is too large.
-        """
-        here, remarks = quantities(self.positions), between_points(self.scene, self.scene.analysis.sub_intervals)
+        """Estimate the errors by half as many sub-intervals, more modes, a finer mesh, and the answer by poses."""
+        here, remarks = self.positions.quantities, between_points(self.scene, self.scene.analysis.sub_intervals)
         if self.change is not None:
             parts = dict(self._errors_in_time(here))
-            return replace(told(self.scene, here, parts, orders=ORDERS), remarks=IN_TIME)
+            return replace(judged_errors(self.scene, here, parts, orders=ORDERS), remarks=IN_TIME)
         if len(self.found.by.mechanism.P.kept) > MOST_DAMPED and np.any(self.scene.damping.ratio):
             remarks.append(f"what the damping of modes left out changes, as more than {MOST_DAMPED} are too many")
         if self.scene.analysis.join == "modal":
@@ -411,13 +346,13 @@ class ByModes:
             "modes": _sum(_times(OF_MODES, _apart(here, modes)), _times(OF_MODES, self._of_damping(here))),
             "mesh": self._of_mesh(here),
         }
-        told(self.scene, here, dict(parts), orders=ORDERS)  # before the theory, which takes longest
+        judged_errors(self.scene, here, dict(parts), orders=ORDERS)  # before the theory, which takes longest
         missed = None
         if len(found.q) >= FEWEST:
             missed = missed_peaks(self.made, lambda share: self.positions, bent=False, shares=1, still=self._still)
             parts[BETWEEN] = dict(missed.errors)
         parts["theory"] = self._of_theory(here)
-        return replace(told(self.scene, here, parts, missed, orders=ORDERS), remarks=tuple(remarks))
+        return replace(judged_errors(self.scene, here, parts, missed, orders=ORDERS), remarks=tuple(remarks))
 
     def _still(self, t: Array) -> OfModes:
         """Read off the static answer at some instants (s)."""
@@ -486,7 +421,7 @@ class ByModes:
         if every > 1:
             coarse = by.thinned(every)
             known = coarse.answer(coarse.periodic(*coarse.loads))
-        base = quantities(read(known))
+        base = read(known).quantities
         times = by.mechanism.P.t[::every]
         edges = np.append(times, times[-1] + times[1] - times[0]) - (times[1] - times[0]) / 2
         for _ in range(MOST_HALVED):
@@ -497,7 +432,7 @@ class ByModes:
             if not by_mesh.any():
                 return _sum(change, left_out)
             by_mesh, _ = missed_vibrations(finer)
-        return _sum(_sum(change, left_out), _vibrating(quantities(read(found)), found, by_mesh))
+        return _sum(_sum(change, left_out), _vibrating(read(found).quantities, found, by_mesh))
 
     @property
     def _thinned(self) -> int:
@@ -518,17 +453,17 @@ class ByModes:
         except MechanismError as error:
             logger.info("there is no motion by poses: %s", error)
             return {name: np.full_like(size, np.inf) for name, size in here.largest.items()}
-        return (quantities(positions) - _some(here, slice(0, None, every))).largest
+        return positions.quantities.minus(_some(here, slice(0, None, every))).largest
 
 
 def _some(all_of: Quantities, which: slice) -> Quantities:
     """Give quantities at some of the positions."""
-    return Quantities(*(getattr(all_of, part.name)[which] for part in fields(all_of)))
+    return Quantities(*(part[which] for part in all_of))
 
 
 def _apart(here: Quantities, other: Response, which: slice = slice(None)) -> dict[str, Array]:
     """Give by how much another response differs at its positions, which are some of these, by quantity."""
-    return (quantities(read(other)) - _some(here, which)).largest
+    return read(other).quantities.minus(_some(here, which)).largest
 
 
 def _times(factor: float, errors: dict[str, Array]) -> dict[str, Array]:

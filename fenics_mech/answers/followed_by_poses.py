@@ -8,10 +8,11 @@ from functools import lru_cache
 import numpy as np
 
 from fenics_mech.answers.by_poses import planned
-from fenics_mech.answers.solved_by_poses import Solved, built, steps_of
+from fenics_mech.answers.solved_by_poses import Solved, built
 from fenics_mech.effects.known import EXACT_STRAINS
 from fenics_mech.errors import SceneError
 from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.scene import Scene
 from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import Family, Point, continued
@@ -20,18 +21,7 @@ AtValue = Callable[[float], Scene]
 
 
 def followable(scene: Scene) -> Scene:
-    """Give a scene with its effects chosen, or refuse one whose motions cannot be followed.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    SceneError
-        When its motion is not periodic, or not that of exact strains.
-    """
+    """Give a scene with its effects chosen, or refuse one whose motions cannot be followed."""
     if scene.analysis.method != "periodic" or not scene.drives:
         raise SceneError("only periodic motions are followed", place="analysis.method")
     scene = planned(scene)
@@ -45,35 +35,11 @@ def followable(scene: Scene) -> Scene:
 
 
 def followed(at: AtValue, path: str, ends: tuple[float, float], points: int) -> Iterator[tuple[Point, Solved]]:
-    """Follow the motions of a scene over a number of it, from one end of a range until they leave the range.
-
-    Parameters
-    ----------
-    at
-        Gives the scene with a value of the number, and with its effects chosen.
-    path
-        The number's dotted path in the scene.
-    ends
-        Its range.
-    points
-        Smallest number of points over the range.
-
-    Yields
-    ------
-    tuple
-        The motion, and the same with its scene.
-
-    Raises
-    ------
-    SceneError
-        When the drive does not keep its sense over the range, or loads jump at other angles.
-    SolverError
-        When there is no motion at the start, or the branch is lost.
-    """
+    """Follow the motions of a scene over a number of it, from one end of a range until they leave the range."""
     first, last = (at(end) for end in ends)
     if first.cycle_rate * last.cycle_rate < 0:
         raise SceneError("the drive must keep its sense of turning over the range", place=path)
-    shares, others = (steps_of(scene) / scene.period for scene in (first, last))
+    shares, others = (Steps.of(scene).times / scene.period for scene in (first, last))
     if len(shares) != len(others) or np.abs(shares - others).max() > SAMPLING.same:
         raise SceneError("the angles at which a load jumps or impulses act must stay over the range", place=path)
     start = Solved.of(first)

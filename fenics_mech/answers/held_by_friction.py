@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -51,63 +51,32 @@ HOLD = HoldLimits()
 
 @dataclass(frozen=True)
 class Held:
-    """A place at which friction holds a freedom.
+    """A place at which friction holds a freedom."""
 
-    Parameters
-    ----------
-    place
-        Angle or stroke of the freedom.
-    range
-        The least and the largest place about it up to which friction holds it all along; infinite where it always does.
-    friction
-        Friction on the second body (N or N m) by law.
-    used
-        Share of its limit that each friction takes.
-    """
-
-    place: float
+    place: float  # angle or stroke of the freedom
+    # the least and the largest place about it up to which friction holds it all along; infinite where it always does
     range: tuple[float, float]
-    friction: dict[str, float]
-    used: dict[str, float]
+    friction: dict[str, float]  # friction on the second body (N or N m) by law
+    used: dict[str, float]  # share of its limit that each friction takes
 
 
 def holds(law: object) -> bool:
-    """Whether a law is dry friction that may hold its joint at rest: one without a belt that runs.
-
-    Parameters
-    ----------
-    law
-        Any joint law that a scene states.
-    """
+    """Whether a law is dry friction that may hold its joint at rest: one without a belt that runs."""
     return isinstance(law, Friction) and not law.belt_speed and limit_of(law) > 0
 
 
 def limit_of(law: Friction) -> float:
-    """Give the coefficient of friction at rest.
-
-    Parameters
-    ----------
-    law
-        The law.
-    """
+    """Give the coefficient of friction at rest."""
     return law.coefficient if law.static is None else law.static
 
 
 @dataclass
 class FrictionAtRest:
-    """The friction that a freedom needs to be at rest.
+    """The friction that a freedom needs to be at rest."""
 
-    Parameters
-    ----------
-    made, freed
-        The machine, with one freedom and all contacts closed.
-    t
-        When its drives are at their position ``(1,)`` (s).
-    """
-
-    made: SceneMachine
+    made: SceneMachine  # made, freed: the machine, with one freedom and all contacts closed
     freed: Freed
-    t: Array
+    t: Array  # when its drives are at their position ``(1,)`` (s)
 
     @cached_property
     def _laws(self) -> dict[str, Rubbing]:
@@ -117,27 +86,18 @@ class FrictionAtRest:
     @cached_property
     def _limits(self) -> Array:
         """Limit of each law's friction over its joint's force (m of a pin, 1 of a slider), ``(laws,)``."""
-        stated = [term.stated for term in self._laws.values()]
-        return np.array([(law.radius or 1.0) * limit_of(law) if holds(law) else 0.0 for law in stated])
+        return np.array([(law.radius or 1.0) * limit_of(law) if holds(law) else 0.0 for law in self._stated])
 
     def at(self, place: float) -> Carried:
-        """Give the links at rest.
-
-        Parameters
-        ----------
-        place
-            Angle or stroke of the freedom.
-        """
+        """Give the links at rest."""
         still = np.zeros((1, 1))
         known = self.freed.carried(self.t, np.full((1, 1), place), still, still).resting()
         self.freed.go_back(known)
         return known
 
     def _balance(self, place: float) -> tuple[FrictionBalance, float]:
-        """Give what friction has to fulfil, and what is left of the freedom's equation without it.
-
-        Where no multiplier presses, no term of friction acts.
-        """
+        """Give what friction has to fulfil, and what is left of the freedom's equation without it."""
+        # Where no multiplier presses, no term of friction acts.
         freed, known = self.freed, self.at(place)
         machine, n = freed.machine, freed.machine.n
         q, none = np.pad(known.Q, ((0, 0), (0, n))), np.zeros((1, 2 * n))
@@ -158,25 +118,13 @@ class FrictionAtRest:
         machine, number = self.freed.machine, self.freed.terms.index(term)
         here, force = found.terms[number], np.zeros((1, machine.size))
         none = np.zeros((1, machine.pattern.entries))
-        stressed = here.with_response(Response(np.ones_like(here.x)))
+        stressed = replace(here, response=Response(np.ones_like(here.x)))
         machine.groups[number].spread(stressed, None, machine.pattern, False, (force, none, none, none))
         return force[:, : machine.n]
 
     def needed(self, place: float) -> tuple[float, Array, Array]:
-        """Give the share of the limits that friction needs, each friction, and the share each takes, ``(laws,)``.
-
-        A positive share is needed where the freedom is pushed to smaller places.
-
-        Parameters
-        ----------
-        place
-            Angle or stroke of the freedom.
-
-        Raises
-        ------
-        SolverError
-            When Newton's method for the friction of several joints does not converge.
-        """
+        """Give the share of the limits that friction needs, each friction, and the share each takes, ``(laws,)``."""
+        # A positive share is needed where the freedom is pushed to smaller places.
         balance, left = self._balance(place)
         slopes = self._slopes(balance)
         against = np.where(np.abs(slopes) > HOLD.moves, np.sign(slopes) * self._limits, 0.0)
@@ -212,44 +160,18 @@ class FrictionAtRest:
         return np.asarray(-balance.by_friction[0, self.freed.own[0]])
 
     def acts(self, start: float) -> bool:
-        """Whether some joint whose friction may hold it moves with the freedom.
-
-        Parameters
-        ----------
-        start
-            Angle or stroke of the freedom, which may be a dead centre of that joint.
-        """
+        """Whether some joint whose friction may hold it moves with the freedom."""
         slopes = self._slopes(self._balance(start + self._steps[0])[0])
         return bool((np.abs(slopes) * self._limits > HOLD.moves * self._limits).any())
 
-    def share(self, place: float) -> float:
-        """Give the share of the limits that friction needs.
-
-        Parameters
-        ----------
-        place
-            Angle or stroke of the freedom.
-        """
-        return self.needed(place)[0]
-
     def held_near(self, start: float) -> Held:
-        """Give the first place that friction holds, from a start on to where the freedom is pushed.
-
-        Parameters
-        ----------
-        start
-            Angle or stroke of the freedom.
-
-        Raises
-        ------
-        SolverError
-            When there is none.
-        """
+        """Give the first place that friction holds, from a start on to where the freedom is pushed."""
         place, ends = self._first_held(start), []
         here = self.at(place)
         for sense in (-1, 1):
             self.freed.go_back(here)
-            ends.append(self._last_held(place, sense))
+            found = self._up_to(place, sense, lambda at: abs(self.needed(at)[0]) <= 1 + HOLD.rounding)
+            ends.append(sense * math.inf if found is None else found[0])
         self.freed.go_back(here)
         share, friction, used = self.needed(place)
         if not HOLD.rounding < abs(share) <= 1 + HOLD.rounding:  # balanced without it, maybe where nothing presses
@@ -276,10 +198,10 @@ class FrictionAtRest:
 
     def _first_held(self, start: float) -> float:
         """Place as of `held_near`."""
-        if abs(at_start := self.share(start)) <= 1 + HOLD.rounding:
+        if abs(at_start := self.needed(start)[0]) <= 1 + HOLD.rounding:
             return start
         sense = math.copysign(1.0, at_start)
-        found = self._up_to(start, -int(sense), lambda place: self.share(place) * sense > 1 + HOLD.rounding)
+        found = self._up_to(start, -int(sense), lambda place: self.needed(place)[0] * sense > 1 + HOLD.rounding)
         if found is None or found[1] is None:
             rubs = next(name for name, law in self.made.scene.joint_laws.items() if holds(law))
             needs = f"it needs {abs(at_start):.4g} times the most that friction gives"
@@ -292,16 +214,9 @@ class FrictionAtRest:
             )
         return found[1]
 
-    def _last_held(self, place: float, sense: int) -> float:
-        """Last place in a sense up to which friction holds; infinite where it always does, or the end of the reach."""
-        found = self._up_to(place, sense, lambda place: abs(self.share(place)) <= 1 + HOLD.rounding)
-        return sense * math.inf if found is None else found[0]
-
     def _up_to(self, place: float, sense: int, lasts: Callable[[float], bool]) -> tuple[float, float | None] | None:
-        """Give the last place up to which something lasts and the first beyond it; None where it lasts all along.
-
-        There is nothing beyond the end of the linkage's reach.
-        """
+        """Give the last place up to which something lasts and the first beyond it; None where it lasts all along."""
+        # There is nothing beyond the end of the linkage's reach.
         (first, longest, far), start = self._steps, place
         step = first
         while abs(place - start) < far:

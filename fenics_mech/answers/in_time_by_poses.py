@@ -18,11 +18,12 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._progress import reached
-from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.quantities import MEASURE
-from fenics_mech.accuracy.remarks import after_contacts
-from fenics_mech.answers.by_poses import planned, quantities, read_off, told, with_assumed_shear
+from fenics_mech.answers.by_poses import judged_errors, planned, read_off, with_assumed_shear
+from fenics_mech.answers.mode_speeds import mode_speeds
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
+from fenics_mech.estimate.error_sources import Errors
+from fenics_mech.estimate.quantities import MEASURE
+from fenics_mech.estimate.remarks import after_contacts
 from fenics_mech.geometry import PLANE, Given, PoseMotion, Rest
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.machine import Machine
@@ -36,28 +37,23 @@ from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import Places, driven, links_of_poses, near_links, rigid_motion, values_at
 from fenics_mech.machine.section_forces import Sections
 from fenics_mech.planning.cycle_steps import corners_to_cut
+from fenics_mech.planning.discretisation import refuse_unknown
 from fenics_mech.planning.sampling_checks import refuse_hidden_peaks, require_positions
 from fenics_mech.planning.start_state import GoneOn, poses_to_go_on_from
-from fenics_mech.planning.tolerance_refusals import refuse_unknown
-from fenics_mech.recovery.balance import balance_of
+from fenics_mech.recovery.balance import balance_of, given_by
 from fenics_mech.recovery.beside_motion import Beside, beside_motion
 from fenics_mech.recovery.dataset import joined, of_errors
-from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
-from fenics_mech.recovery.mode_speeds import mode_speeds
+from fenics_mech.recovery.freedoms_and_laws import law_efforts, of_freedoms, running
 from fenics_mech.recovery.of_poses import OfPoses
-from fenics_mech.recovery.residual_vibration import residual_vibration
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.recovery.running import running
-from fenics_mech.recovery.signal import last_cycle, of_cycle
-from fenics_mech.recovery.strains import stress_over_modulus
+from fenics_mech.recovery.signal import last_cycle, of_cycle, residual_vibration
+from fenics_mech.recovery.strains import without_modes
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
-from fenics_mech.recovery.without_modes import without_modes
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
 from fenics_mech.scene.free_motion_checks import NO_DURATION
-from fenics_mech.scene.joints import effort_units
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.scene.strikes import passages, strikes_between
@@ -88,22 +84,7 @@ SLOW = 4  # corrections of a start: accelerations of freedoms take two, and thre
 
 
 def in_time_by_poses(scene: Scene) -> Result:
-    """Analyse a motion in time.
-
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that its drives leave free.
-
-    Raises
-    ------
-    SceneError
-        When it has what no term or joint of poses states yet.
-    SolverError
-        When a step has no solution.
-    UnresolvedError
-        When an error is too large.
-    """
+    """Analyse a motion in time."""
     refuse_rough(scene.analysis)
     if not scene.drives and scene.analysis.duration is None:
         raise SceneError(NO_DURATION, place="analysis.duration")
@@ -111,14 +92,14 @@ def in_time_by_poses(scene: Scene) -> Result:
     if scene.tolerance is not None:
         refuse_unknown(scene)
     start = poses_to_go_on_from(scene, machine_of(scene).machine.n)
-    whole = InTime.of(scene, times_of(scene, start), start=start)
+    whole = InTime.of(scene, times_of(scene, start.time if start else 0.0), start=start)
     errors = estimated(whole, start, chosen) if scene.analysis.error_estimates else None
     return collected(whole, errors)
 
 
-def times_of(scene: Scene, start: GoneOn | None = None) -> Array:
+def times_of(scene: Scene, begin: float = 0.0) -> Array:
     """Give the instants of the result (s): equal parts of a cycle, which follow the run-up, or of the whole motion."""
-    analysis, begin = scene.analysis, 0.0 if start is None else start.time
+    analysis = scene.analysis
     count = _lead(scene, begin) + (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
     if count >= MOST_POSITIONS:
         raise SceneError(
@@ -131,26 +112,18 @@ def times_of(scene: Scene, start: GoneOn | None = None) -> Array:
 
 
 def _stops(scene: Scene, times: Array) -> Array:
-    """Give where steps end (s): at positions, where loads jump, and at corners of loads that steps do not show.
-
-    A jump counts to the step after it, which begins by a rounding before it.
-    """
-    struck = [strike.time for strike in strikes_between(scene, float(times[0]), float(times[-1]))]
-    if not scene.drives:
-        return _with_cuts(scene, times, [np.array(struck)])
-    least, rate = math.ceil(1 / LONGEST[0]), abs(scene.cycle_rate)
-    longest = scene.changed({"analysis.sub_intervals": max(least, scene.analysis.sub_intervals)})
-    refuse_hidden_peaks(longest.changed({"analysis.sub_intervals": least * scene.analysis.stages}))
-    jumps = [angle for load in scene.loads.values() for angle in load.jumps]
-    cut = [passages(scene, angle, times[0], times[-1]) - 2 * SAMPLING.same / rate for angle in jumps]
-    cut += [passages(scene, angle, times[0], times[-1]) for angle in corners_to_cut(longest)]
-    return _with_cuts(scene, times, [*cut, np.array(struck)])
-
-
-def _with_cuts(scene: Scene, times: Array, cut: list[Array]) -> Array:
-    """Add instants to the positions that are not beside them (s)."""
-    found = np.concatenate(cut)
+    """Give where steps end (s): at positions, where loads jump, and at corners of loads that steps do not show."""
+    # A jump counts to the step after it, which begins by a rounding before it.
     near = SAMPLING.same / abs(scene.cycle_rate)
+    cut = [np.array([strike.time for strike in strikes_between(scene, float(times[0]), float(times[-1]))])]
+    if scene.drives:
+        least = math.ceil(1 / LONGEST[0])
+        longest = scene.changed({"analysis.sub_intervals": max(least, scene.analysis.sub_intervals)})
+        refuse_hidden_peaks(longest.changed({"analysis.sub_intervals": least * scene.analysis.stages}))
+        jumps = [angle for load in scene.loads.values() for angle in load.jumps]
+        cut += [passages(scene, angle, times[0], times[-1]) - 2 * near for angle in jumps]
+        cut += [passages(scene, angle, times[0], times[-1]) for angle in corners_to_cut(longest)]
+    found = np.concatenate(cut)
     apart = (np.abs(found[:, None] - times).min(axis=1) > near) & (found > times[0])
     found = np.sort(found[apart])
     return np.union1d(found[np.diff(found, prepend=-np.inf) > near], times)
@@ -165,23 +138,15 @@ def _lead(scene: Scene, begin: float) -> int:
 
 @dataclass(frozen=True)
 class OfTime(OfPoses):
-    """A motion in time at its positions, with freedoms.
+    """A motion in time at its positions, with freedoms."""
 
-    Parameters
-    ----------
-    freed
-        Angles (rad) and strokes (m) of the freedoms, and two derivatives by time, ``(instants, freedoms)`` each.
-    """
-
+    # angles (rad) and strokes (m) of the freedoms, and two derivatives by time, ``(instants, freedoms)`` each
     freed: Places
 
     @cached_property
     def elastic(self) -> Evaluation:  # type: ignore[override]
         """The residual without what damps modes and the material."""
-        motion = self.motion
-        return without_modes(
-            motion.machine, motion.t, motion.q, motion.v, motion.a, motion.with_tangents, material=True
-        )
+        return without_modes(self.motion, material=True)
 
     @cached_property
     def bare(self) -> Sections:  # type: ignore[override]
@@ -190,11 +155,6 @@ class OfTime(OfPoses):
         if beams.modal is None and not beams.damping.any():
             return self.sections
         return along_members(self.made, self.elastic, self.motion.a, self.stations, self.bent)
-
-    @cached_property
-    def strains(self) -> tuple[Array, Array]:  # type: ignore[override]
-        """Strains as of `OfPoses`."""
-        return stress_over_modulus(self.made.scene.rigidities(self.stations), self.bare.axial, self.bare.moment)
 
     @cached_property
     def deflection(self) -> Array:  # type: ignore[override]
@@ -214,40 +174,20 @@ class OfTime(OfPoses):
 
 @dataclass(frozen=True)
 class InTime:
-    """A motion in time of a scene's machine.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    positions
-        The motion at the positions of the result, beside the rigid one.
-    inside, weights
-        The motion at the stages of all steps, and their weights in an integral over time (s).
-    ends
-        The motion at its start, and at the end of its last step.
-    change
-        Difference of the last two cycles relative to the largest coordinate; infinite where there is only one.
-    steps
-        Number of steps.
-    peaks
-        The most that each law of contact exerts, between the stages too (N or N m).
-    struck
-        What impulses, and what drives give at them (J).
-    beside
-        What was followed beside it.
-    """
+    """A motion in time of a scene's machine."""
 
     scene: Scene
-    positions: OfTime
+    positions: OfTime  # the motion at the positions of the result, beside the rigid one
+    # inside, weights: the motion at the stages of all steps, and their weights in an integral over time (s)
     inside: OfPoses
-    ends: Motion
+    ends: Motion  # the motion at its start, and at the end of its last step
     weights: Array
+    # difference of the last two cycles relative to the largest coordinate; infinite where there is only one
     change: float
     steps: int
-    peaks: dict[str, float]
-    struck: Array
-    beside: Beside | None = None
+    peaks: dict[str, float]  # the most that each law of contact exerts, between the stages too (N or N m)
+    struck: Array  # what impulses, and what drives give at them (J)
+    beside: Beside | None = None  # what was followed beside it
 
     @property
     def closings(self) -> int:
@@ -265,25 +205,9 @@ class InTime:
         also: Callable[[Step], None] | None = None,
         ends: Array | None = None,
     ) -> InTime:
-        """Follow the motion of a scene from its start.
-
-        Parameters
-        ----------
-        scene
-            The scene, with its effects chosen.
-        times
-            Instants of the positions (s).
-        sharper
-            Factor on the tolerance of its steps.
-        settled
-            Change from cycle to cycle at which it ends; None for that of the scene.
-        start
-            The end of another result, from which it goes on; None where it begins as the scene states.
-        also
-            Is called with every step.
-        ends
-            Its start, and instants at which its steps end, with the positions (s); None where they are chosen.
-        """
+        """Follow the motion of a scene from its start."""
+        # times: instants of the positions (s); ends: its start, and instants at which its steps end, with the
+        # positions (s); None where they are chosen
         angles = None if start is None else start.angles
         made, tolerance, damped = _built(_freed_where(scene, start.freedoms) if start and angles is None else scene)
         machine, analysis = made.machine, scene.analysis
@@ -295,21 +219,29 @@ class InTime:
             longest = SHORTER * min(longest, scene.period / analysis.sub_intervals)
         allowed = np.maximum(share * tolerance, LEAST * machine.extent)
         stages = max(analysis.stages, STAGES if machine.beams.modal is None else 1)  # ratios couple all elements
-        chosen = {"share": share, "stages": stages, "longest": longest, "tolerance": allowed}
         turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
-        chosen["tolerance"] = np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed)
-        chosen["shapes"] = partial(_shapes, made, allowed)
         stops = _stops(scene, times) if ends is None else ends
-        if ends is not None:
-            chosen |= {"h": float(np.ptp(ends)), "longest": math.inf}
         struck = _Struck.of(made, stops) if scene.impulses else None
         beside = Beside.of_poses(made, times, v)
         taken = _Taken(made, times, analysis.settled if settled is None else settled, struck)
-        steps = steps_in_time(machine, v, stops, struck=struck, angles=angles or None, **chosen)
+        steps = steps_in_time(
+            machine,
+            v,
+            stops,
+            tolerance=np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed),
+            shapes=partial(_shapes, made, allowed),
+            share=share,
+            stages=stages,
+            longest=longest if ends is None else math.inf,
+            h=None if ends is None else float(np.ptp(ends)),
+            struck=struck,
+            angles=angles or None,
+        )
         for step in steps:
             over = taken.over(step)
-            for take in (beside.take, *([] if also is None else [also])):
-                take(step)
+            beside.take(step)
+            if also is not None:
+                also(step)
             if over:
                 break
             if damped is not None:
@@ -318,10 +250,9 @@ class InTime:
 
 
 def _built(scene: Scene) -> tuple[SceneMachine, Array, _ModesDamped | None]:
-    """Build a machine, give the size of each coordinate, and what damps its modes as freedoms move on.
-
-    The size is that of static answers: drives are at even positions of a cycle, and freedoms are held where they start.
-    """
+    """Build a machine, give the size of each coordinate, and what damps its modes as freedoms move on."""
+    # The size is that of static answers: drives are at even positions of a cycle, and freedoms are held where they
+    # start.
     made, held, damped = machine_of(scene), machine_of(scene), None
     ratio = scene.damping.ratio
     for name, part in scene.freedoms.items():
@@ -345,19 +276,11 @@ def _built(scene: Scene) -> tuple[SceneMachine, Array, _ModesDamped | None]:
 
 @dataclass
 class _ModesDamped:
-    """Damps the modes that a machine has where its freedoms are held, anew after each step.
+    """Damps the modes that a machine has where its freedoms are held, anew after each step."""
 
-    They are those of the middle of the next step, which is taken to be as the last one.
+    # They are those of the middle of the next step, which is taken to be as the last one.
 
-    Parameters
-    ----------
-    made, held
-        The machine, and one whose freedoms are led.
-    damping
-        What is found.
-    """
-
-    made: SceneMachine
+    made: SceneMachine  # made, held: the machine, and one whose freedoms are led
     held: SceneMachine
     damping: HeldDamping
 
@@ -397,15 +320,8 @@ def _sizes(machine: Machine, q: Array) -> Array:
 
 
 def _shapes(made: SceneMachine, allowed: Array) -> Array:
-    """Give what links change beside their nearest rigid motion, over what is allowed ``(shapes, coordinates)``.
-
-    Parameters
-    ----------
-    made
-        The machine, whose chart rests.
-    allowed
-        Of every coordinate ``(coordinates,)`` (m, rad).
-    """
+    """Give what links change beside their nearest rigid motion, over what is allowed ``(shapes, coordinates)``."""
+    # allowed: of every coordinate ``(coordinates,)`` (m, rad)
     machine, r, found = made.machine, made.machine.known.at(np.zeros(1)).r[0], []
     for link in range(len(made.scene.links)):
         poses = np.flatnonzero(links_of_poses(made) == link)
@@ -452,13 +368,7 @@ def _freedoms_at(scene: Scene, t: Array, seconds: Array, start: int) -> Places:
 
 
 def start_of(made: SceneMachine) -> Array:
-    """Let the chart rest where the motion starts, and give the rates there ``(size,)``.
-
-    Parameters
-    ----------
-    made
-        The machine.
-    """
+    """Let the chart rest where the motion starts, and give the rates there ``(size,)``."""
     machine = made.machine
     if made.scene.analysis.start == "rigid":
         known, q = _rigid_at(made, np.zeros(1)).motion, np.zeros(machine.size)
@@ -478,15 +388,8 @@ def _freed_where(scene: Scene, freedoms: Array) -> Scene:
 
 
 def going_on(made: SceneMachine, state: Array) -> Array:
-    """Let the chart rest at coordinates of poses, and give the rates there ``(size,)``.
-
-    Parameters
-    ----------
-    made
-        The machine.
-    state
-        Coordinates and their rates ``(2, n)``.
-    """
+    """Let the chart rest at coordinates of poses, and give the rates there ``(size,)``."""
+    # state: coordinates and their rates ``(2, n)``
     machine, d = made.machine, made.machine.geometry.d
     there = machine.places >= 0
     found = np.column_stack([np.array(machine.r), PLANE.vector(np.array(machine.R))[:, 0]])
@@ -507,21 +410,12 @@ def _state_of(end: Motion) -> xr.Dataset:
 
 @dataclass
 class _Struck:
-    """Impulses that strike in a motion, with what they give.
-
-    Parameters
-    ----------
-    made
-        The machine.
-    due
-        Numbers of the impulses by their instants, which are ends of steps.
-    given
-        What impulses, and what drives give at them, after the start (J).
-    """
+    """Impulses that strike in a motion, with what they give."""
 
     made: SceneMachine
-    due: dict[float, list[int]]
+    due: dict[float, list[int]]  # numbers of the impulses by their instants, which are ends of steps
     begin: float
+    # what impulses, and what drives give at them, after the start (J)
     given: Array = field(default_factory=lambda: np.zeros(2))
 
     @classmethod
@@ -545,11 +439,9 @@ class _Struck:
 
 
 def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
-    """Give a start that is bent by loads and the rigid motion: its rates, and the coordinates beside it ``(size,)``.
-
-    Freedoms go on as nothing holds them. A "static" start keeps its shape at first. A "smooth" start is that of the
-    slow motion, which does not vibrate: each correction knows one more of its derivatives by time.
-    """
+    """Give a start that is bent by loads and the rigid motion: its rates, and the coordinates beside it ``(size,)``."""
+    # Freedoms go on as nothing holds them. A "static" start keeps its shape at first. A "smooth" start is that of the
+    # slow motion, which does not vibrate: each correction knows one more of its derivatives by time.
     scene, held = made.scene, machine_of(made.scene)
     smooth, count = scene.analysis.start in ("smooth", "periodic"), len(scene.freedoms)
     rates = [abs(scene.cycle_rate)] if scene.drives else []
@@ -598,17 +490,8 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
 
 
 def _rates_of_shapes(machine: Machine, t: Array, q: Array) -> Array:
-    """Give the rates with which links that keep their shape follow all rows: they strain least ``(n,)``.
-
-    Parameters
-    ----------
-    machine
-        The machine, whose chart moves and leads all that is free.
-    t
-        An instant and one just after it (s).
-    q
-        Coordinates at the first ``(size,)``.
-    """
+    """Give the rates with which links that keep their shape follow all rows: they strain least ``(n,)``."""
+    # t: an instant and one just after it (s); q: coordinates at the first ``(size,)``
     n, rows, still = machine.n, slice(machine.n, machine.n + machine.held), np.zeros((2, machine.size))
     found = machine.residual(t, np.tile(q, (2, 1)), still, still)
     passing = np.diff(found.force[:, rows], axis=0)[0] / np.diff(t)  # rates of the rows where the coordinates rest
@@ -624,17 +507,8 @@ def _rates_of_shapes(machine: Machine, t: Array, q: Array) -> Array:
 
 
 def noted_peaks(peaks: dict[str, float], step: Step, scene: Scene) -> None:
-    """Note the most that contacts exert in a step, which places and rates tell between its stages too.
-
-    Parameters
-    ----------
-    peaks
-        The most by law so far, which is added to (N or N m).
-    step
-        The step.
-    scene
-        The scene.
-    """
+    """Note the most that contacts exert in a step, which places and rates tell between its stages too."""
+    # peaks: the most by law so far, which is added to (N or N m)
     shares = np.linspace(0, 1, PEAKS)
     for k, term in enumerate(step.machine.terms):
         if isinstance(term, LawTerm) and term.closed.any():
@@ -723,13 +597,11 @@ class _Taken:
 
 
 def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) -> Errors:
-    """Estimate the errors of a motion: by sharper steps, by halved elements, and between stations.
-
-    Where the program chose the effects, what those change that lack data is an error too. Contacts let nearly the same
-    motions part. After one, halved elements tell nothing, and sharper steps where asked. What goes on from a result has
-    no state of halved elements either.
-    """
-    scene, times, here = whole.scene, whole.positions.motion.t, quantities(whole.positions)
+    """Estimate the errors of a motion: by sharper steps, by halved elements, and between stations."""
+    # Where the program chose the effects, what those change that lack data is an error too. Contacts let nearly the
+    # same motions part. After one, halved elements tell nothing, and sharper steps where asked. What goes on from a
+    # result has no state of halved elements either.
+    scene, times, here = whole.scene, whole.positions.motion.t, whole.positions.quantities
     better, asked = {}, scene.analysis.error_estimates == "contacts"
     if not whole.closings or asked:
         better["time"] = InTime.of(scene, times, SHARPER, settled=0.0, start=start)
@@ -737,80 +609,40 @@ def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) 
         better["mesh"] = InTime.of(with_halves(scene), times, settled=0.0)
         if chosen and (fuller := with_assumed_shear(scene)) is not None:
             better["effects"] = InTime.of(fuller, times, settled=0.0)
-    parts = {name: (quantities(other.positions) - here).largest for name, other in better.items()}
+    parts = {name: other.positions.quantities.minus(here).largest for name, other in better.items()}
     if "time" in parts:
         parts["time"] = {name: UNSEEN * error for name, error in parts["time"].items()}
-    errors = told(scene, here, parts)
+    errors = judged_errors(scene, here, parts)
     touched = (after_contacts(scene.analysis, "a tenth of"),) if whole.closings else ()
     return replace(errors, remarks=(*errors.remarks, *touched))
 
 
 def collected(whole: InTime, errors: Errors | None, repeated: RepeatedMotion | None = None) -> Result:
-    """Label what was found.
-
-    Parameters
-    ----------
-    whole
-        The motion.
-    errors
-        Its errors; None where they are not estimated.
-    repeated
-        What is known of a motion that repeats.
-    """
+    """Label what was found."""
     scene, found = whole.scene, whole.positions
     data = read_off(found).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
-    known = [_power(whole, errors), _of_freedoms(found), _state_of(whole.ends), _of_laws(whole)]
-    known.append(beside_motion(scene, whole.beside, found.motion.t, repeated))
+    known = [_power(whole, errors), _state_of(whole.ends), beside_motion(whole.beside, found.motion.t, repeated)]
+    known.append(law_efforts(found, whole.inside, whole.peaks, whole.closings))
+    if scene.freedoms:
+        place, rate, _ = found.freed
+        known += [of_freedoms(scene, place, rate), running(scene, found.motion.t, place, rate)]
     return labelled_in_time(scene, data, known, errors)
 
 
 def labelled_in_time(scene: Scene, data: xr.Dataset, known: list[xr.Dataset], errors: Errors | None) -> Result:
-    """Add to what is read off a motion in time what follows from it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    data
-        What is read off.
-    known
-        What else is known of the motion.
-    errors
-        As of `collected`.
-    """
+    """Add to what is read off a motion in time what follows from it."""
     parts = [
         *known,
         residual_vibration(scene, data),
         mode_speeds(scene),
-        *([] if errors is None else [of_errors(errors).dataset()]),
+        *([] if errors is None else [of_errors(errors)]),
     ]
     data = joined(data, *parts)
     cycle = last_cycle(scene.analysis, scene.drives, data)
     data = joined(data, stress_figures(scene, data, cycle))
     if cycle is not None:
         data = joined(data, of_cycle(data, cycle, scene.period))
-    units = effort_units(scene.moved_joints, scene.joints)
-    return Result.with_scene(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
-
-
-def _of_freedoms(found: OfTime) -> xr.Dataset:
-    """Give angles and strokes of the freedoms, and their rates."""
-    scene, (place, rate, _) = found.made.scene, found.freed
-    if not scene.freedoms:
-        return xr.Dataset()
-    along = ("theta", "freedom")
-    states = xr.Dataset(
-        {"freedom_place": (along, place), "freedom_rate": (along, rate)}, {"freedom": list(scene.freedoms)}
-    )
-    return joined(states, running(scene, found.motion.t, place, rate))
-
-
-def _of_laws(whole: InTime) -> xr.Dataset:
-    """Give what laws of joints exert, and the most of it at the stages of all steps."""
-    inside = {name: float(np.abs(effort).max()) for name, effort in whole.inside.laws().items()}
-    inside |= {name: max(size, inside[name]) for name, size in whole.peaks.items()}
-    found = law_efforts(whole.positions.laws(), whole.positions.depths(), inside, whole.closings)
-    return with_law_units(whole.scene, found)
+    return Result.with_scene(scene, with_units(scene, data))
 
 
 def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:
@@ -822,24 +654,16 @@ def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:
         mean[Cause.IMPULSES] = by_impulses
         if whole.scene.drives:
             mean[next(iter(mean))] += by_drives
-    weight, rotors = energy_of_weight(whole.ends), _of_rotors(whole)
-    stored = kinetic_energy(whole.ends) + energy_of_terms(whole.ends) - rotors
+    weight, stored = energy_of_weight(whole.ends), kinetic_energy(whole.ends) + energy_of_terms(whole.ends)
+    ends = OfPoses(whole.inside.made, whole.ends)
+    for name, part in whole.scene.freedoms.items():  # efforts count without what accelerates their rotors
+        stored = stored - part.inertia / 2 * ends.rate_of(f"freedoms.{name}") ** 2
     if any(whole.scene.gravity):
         drive = next(iter(mean))
-        mean = {drive: mean[drive], Cause.WEIGHT: -float(weight[1] - weight[0]) / duration} | mean
-    mean[Cause.STORED] = -float(stored[1] - stored[0]) / duration
-    passed = max(float(np.abs(power).mean()) for power in powers.values())
+        mean = {drive: mean[drive], Cause.WEIGHT: given_by(weight, duration)} | mean
+    mean[Cause.STORED] = given_by(stored, duration)
     bound = np.nan
     if errors is not None and whole.scene.drives:
-        uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)[: len(whole.scene.drives)]
-        bound = float(uncertain @ np.abs(whole.positions.drive_rates()).mean(axis=0))
+        bound = errors.of_power(whole.positions.drive_rates())
     exchanged = float(np.ptp(kinetic_energy(whole.inside.motion))) / duration
-    return balance_of(mean, max(MEASURE.small_power * passed, exchanged), bound)
-
-
-def _of_rotors(whole: InTime) -> Array:
-    """Give the energy of rotors at freedoms ``(instants,)`` (J): efforts count without what accelerates them."""
-    ends = OfPoses(whole.inside.made, whole.ends)
-    parts = {name: part.inertia for name, part in whole.scene.freedoms.items() if part.inertia}
-    each = (inertia / 2 * ends.rate_of(f"freedoms.{name}") ** 2 for name, inertia in parts.items())
-    return sum(each, np.zeros(2))
+    return balance_of(mean, powers, bound, MEASURE.small_power, exchanged)

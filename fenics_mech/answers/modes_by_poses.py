@@ -12,12 +12,12 @@ from fenics_mech._arrays import Array
 from fenics_mech.answers.solved_by_poses import built, instants_of, moves_of, with_effects
 from fenics_mech.effects.known import STIFFENING, VIBRATION
 from fenics_mech.joints.law_terms import LawTerm
-from fenics_mech.kinematics.free_linkage import with_freedoms
-from fenics_mech.kinematics.freedom import describe, row_reduced
-from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.kinematics import coordinates
 from fenics_mech.machine.along_members import cubic_places, elements_at
+from fenics_mech.machine.free_motions import describe, row_reduced
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.motion import Motion
+from fenics_mech.machine.stated_freedoms import with_freedoms
 from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.damping_options import Damping
 from fenics_mech.scene.drives import Drive, Harmonics
@@ -29,13 +29,7 @@ IDLE = 1e-12  # of what the stiffness resists: a load below it is rounding of dr
 
 
 def at_rest(scene: Scene) -> Scene:
-    """Give a scene whose machine is held at positions: freedoms at their start, members in all of their nodes.
-
-    Parameters
-    ----------
-    scene
-        The scene, with its effects.
-    """
+    """Give a scene whose machine is held at positions: freedoms at their start, members in all of their nodes."""
     analysis = scene.analysis
     if scene.freedoms:
         scene = with_freedoms(scene)
@@ -50,15 +44,7 @@ def at_rest(scene: Scene) -> Scene:
 
 
 def over_cycle(scene: Scene, positions: int) -> Scene:
-    """Give a scene whose machine is held at so many positions of its cycle, without axial forces.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    positions
-        Their number.
-    """
+    """Give a scene whose machine is held at so many positions of its cycle, without axial forces."""
     analysis = scene.analysis.model_copy(update={"sub_intervals": positions, "method": "quasi-static"})
     scene = with_effects(scene)
     listed = tuple(name for name in scene.named_effects if name not in (VIBRATION, STIFFENING))
@@ -66,63 +52,26 @@ def over_cycle(scene: Scene, positions: int) -> Scene:
 
 
 def undamped(scene: Scene) -> Scene:
-    """Give a scene without damping, dampers and friction.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give a scene without damping, dampers and friction."""
     laws = {name: law for name, law in scene.joint_laws.items() if not isinstance(law, Friction)}
     return scene.model_copy(update={"damping": Damping(), "dampers": {}, "joint_laws": laws})
 
 
 def modes_kept(modes: int | Literal["all"], size: int) -> int:
-    """Give the number of modes that are kept of a machine with so many.
-
-    Parameters
-    ----------
-    modes
-        The number asked for, as of `Analysis`.
-    size
-        Number of modes.
-    """
+    """Give the number of modes that are kept of a machine with so many."""
     return size if modes == "all" else min(modes, size)
 
 
 @dataclass(frozen=True)
 class HeldMachine:
-    """A scene's machine at rest in positions.
+    """A scene's machine at rest in positions."""
 
-    Parameters
-    ----------
-    made
-        It, without damping.
-    t
-        Instants at which its chart is in the positions (s).
-    """
-
-    made: SceneMachine
-    t: Array
+    made: SceneMachine  # it, without damping
+    t: Array  # instants at which its chart is in the positions (s)
 
     @classmethod
     def of(cls, scene: Scene, coarse: HeldMachine | None = None) -> HeldMachine:
-        """Build it, with all contacts closed.
-
-        Parameters
-        ----------
-        scene
-            The scene, as `at_rest` gives it.
-        coarse
-            One with the same rigid motion, whose mesh is as coarse or coarser.
-
-        Raises
-        ------
-        AssemblyError
-            When the links cannot be assembled at some drive angle.
-        SceneError
-            When it has what no term or joint of poses states.
-        """
+        """Build it, with all contacts closed."""
         made = built(undamped(scene), None if coarse is None else coarse.made.machine)
         for term in made.machine.terms:
             if isinstance(term, LawTerm) and term.contacts:
@@ -164,13 +113,7 @@ class HeldMachine:
         return self.modes.omega / (2 * np.pi)
 
     def running(self, moving: bool | None = None) -> Array | None:
-        """Give frequencies about the motion and the loads ``(positions, modes)`` (Hz); None where neither is there.
-
-        Parameters
-        ----------
-        moving
-            Whether the drives go on; None as the scene says.
-        """
+        """Give frequencies about the motion and the loads ``(positions, modes)`` (Hz); None where neither is there."""
         moving = self.moving if moving is None else moving
         if (self.every.omega[0] == 0).any() or not (moving or self._loaded):
             return None
@@ -195,7 +138,7 @@ class HeldMachine:
         parts = np.linalg.lstsq(ways[: len(rigid)], rigid, rcond=None)[0].T
         parts = row_reduced(parts, np.zeros(ways.shape[1], dtype=bool))
         q = coordinates(motion.position, motion.angle)[0]
-        return describe(scene.links, scene.joints, q, np.einsum("mf,fli->mli", parts, motion.free))
+        return describe(scene, q, np.einsum("mf,fli->mli", parts, motion.free))
 
     # ---- shapes ----
     def _little(self, shape: Array) -> tuple[float, Array]:
@@ -206,15 +149,8 @@ class HeldMachine:
         return share, share * whole
 
     def along(self, shapes: Array, places: Array) -> Array:
-        """Give displacements of the members' axes by shapes ``(positions, shapes, members, places, 2)``.
-
-        Parameters
-        ----------
-        shapes
-            Coordinates ``(positions, n, shapes)``.
-        places
-            Along every member, 0..1.
-        """
+        """Give displacements of the members' axes by shapes ``(positions, shapes, members, places, 2)``."""
+        # shapes: coordinates ``(positions, n, shapes)``
         made, found, zero = self.made, [], np.zeros((len(self.t), self.made.machine.size))
         for shape in np.moveaxis(shapes, 2, 0):
             share, q = self._little(shape)
@@ -241,13 +177,8 @@ class HeldMachine:
         return moved.reshape(*moved.shape[:2], -1, len(places), 2)
 
     def of_nodes(self, shapes: Array) -> Array:
-        """Give displacements of the nodes in the axes of their links ``(positions, modes, nodes, 3)`` (m, rad).
-
-        Parameters
-        ----------
-        shapes
-            Coordinates ``(positions, n, modes)``.
-        """
+        """Give displacements of the nodes in the axes of their links ``(positions, modes, nodes, 3)`` (m, rad)."""
+        # shapes: coordinates ``(positions, n, modes)``
         made, machine = self.made, self.made.machine
         assert made.links is not None
         mesh, poses, frames = made.links.mesh, np.array(made.node_pose), made.bodies.frames()

@@ -50,22 +50,7 @@ SAME = 1e-9  # of the accelerations, up to which they are the same at another ti
 
 
 def repeated_by_poses(scene: Scene) -> Result:
-    """Find the motion of freedoms and links that bend which repeats, and give one cycle of it.
-
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that its drives leave free.
-
-    Raises
-    ------
-    SceneError
-        When it has what no term or joint of poses states yet.
-    SolverError
-        When no motion beside that of the scene repeats, or it is not stable.
-    UnresolvedError
-        When an error is too large.
-    """
+    """Find the motion of freedoms and links that bend which repeats, and give one cycle of it."""
     refuse_rough(scene.analysis)
     if np.any(scene.damping.ratio):
         raise SceneError(
@@ -76,7 +61,7 @@ def repeated_by_poses(scene: Scene) -> Result:
     runner = BendingRunner(planned(scene))
     cycle, found = repeated_in(runner.scene, runner)
     start = runner.going_on(found.start)
-    whole = InTime.of(cycle, times_of(cycle, start), start=start)
+    whole = InTime.of(cycle, times_of(cycle, start.time), start=start)
     if scene.analysis.repeats == 1:
         whole = replace(whole, change=found.change)
     errors = estimated(whole, start) if scene.analysis.error_estimates else None
@@ -84,27 +69,7 @@ def repeated_by_poses(scene: Scene) -> Result:
 
 
 def repeated_in(scene: Scene, runner: Runner) -> tuple[Scene, RepeatedMotion]:
-    """Find the motion of a scene that repeats.
-
-    Parameters
-    ----------
-    scene
-        The scene, with freedoms, whose `analysis.start` is "periodic".
-    runner
-        Integrates it.
-
-    Returns
-    -------
-    tuple
-        The scene of one cycle, and the motion.
-
-    Raises
-    ------
-    SceneError
-        When it is to repeat after several cycles, and has a period of its own.
-    SolverError
-        When no motion beside that of the scene repeats, or it is not stable.
-    """
+    """Find the motion of a scene that repeats."""
     analysis, is_driven = scene.analysis, bool(scene.drives)
     tolerance = SHOOTING.closed * analysis.time_tolerance
     search = Search(scene.period, is_driven, analysis.cycles, analysis.repeats, analysis.settled, tolerance)
@@ -117,17 +82,11 @@ def repeated_in(scene: Scene, runner: Runner) -> tuple[Scene, RepeatedMotion]:
 
 @dataclass(frozen=True)
 class BendingRunner:
-    """Integrates the motion of links that bend, for the search of one that repeats.
+    """Integrates the motion of links that bend, for the search of one that repeats."""
 
-    Coordinates are places and turns of all poses. Measures of all terms tell whole turns.
+    # Coordinates are places and turns of all poses. Measures of all terms tell whole turns.
 
-    Parameters
-    ----------
-    scene
-        The scene, with its effects chosen.
-    """
-
-    scene: Scene
+    scene: Scene  # the scene, with its effects chosen
 
     @cached_property
     def made(self) -> SceneMachine:
@@ -238,10 +197,8 @@ class BendingRunner:
         return np.stack(columns, axis=1)
 
     def _turned(self, start: State, here: PoseMotion, change: Array) -> PoseMotion:
-        """Give the poses after a change of coordinates and rates: links turn with the freedoms as they are bent.
-
-        A straight way of all poses would stretch links that turn.
-        """
+        """Give the poses after a change of coordinates and rates: links turn with the freedoms as they are bent."""
+        # A straight way of all poses would stretch links that turn.
         machine = self.made.machine
         places, led = self._led(start, here)
         by, units = self._by_freedoms(led, places.size)
@@ -326,7 +283,7 @@ class BendingRunner:
         """Give the motion from a state on; `also` is called with every step, and these end at shares of it."""
         scene, begin = lasting(self.scene, duration, samples), self.going_on(start)
         ends = None if shares is None else start.time + duration * shares
-        return InTime.of(scene, times_of(scene, begin), settled=0.0, start=begin, also=also, ends=ends)
+        return InTime.of(scene, times_of(scene, begin.time), settled=0.0, start=begin, also=also, ends=ends)
 
 
 def _by(turn: Array, vectors: Array) -> Array:
@@ -369,28 +326,13 @@ def _seen(whole: InTime) -> tuple[State, History]:
 
 
 def kinds_of(scene: Scene) -> Index:
-    """Give the kind of each freedom, ``(freedoms,)``.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give the kind of each freedom, ``(freedoms,)``."""
     return np.array([ANGLE if scene.joints[name].kind == "revolute" else STROKE for name in scene.freedoms], dtype=int)
 
 
 def lasting(scene: Scene, duration: float, samples: int) -> Scene:
-    """Give the scene of a motion that goes on for so long, without what else is wanted to be known of it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    duration
-        How long (s): of drives, whole cycles.
-    samples
-        Steps at whose ends the motion is given.
-    """
+    """Give the scene of a motion that goes on for so long, without what else is wanted to be known of it."""
+    # duration: how long (s): of drives, whole cycles
     cycles = round(duration / scene.period) if scene.drives else 1
     changes: dict[str, Any] = {"cycles": cycles} if scene.drives else {"duration": duration}
     changes |= {"sub_intervals": max(4, samples // cycles), "lyapunov": False, "poincare": None}
@@ -398,11 +340,6 @@ def lasting(scene: Scene, duration: float, samples: int) -> Scene:
 
 
 def differs(here: Array, others: Array) -> bool:
-    """Whether accelerations or forces at other times are others.
-
-    Parameters
-    ----------
-    here, others
-        ``(coordinates,)`` and ``(times, coordinates)``.
-    """
+    """Whether accelerations or forces at other times are others."""
+    # here, others: ``(coordinates,)`` and ``(times, coordinates)``
     return bool(np.abs(others - here).max() > SAME * max(float(np.abs(here).max()), float(np.abs(others).max())))

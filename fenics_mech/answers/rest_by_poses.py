@@ -24,11 +24,9 @@ from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.rigid_from_scene import coordinates_of_bodies, driven, leading, poses_of_links
-from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.dataset import joined
-from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
-from fenics_mech.recovery.of_poses import OfPoses
-from fenics_mech.recovery.of_rigid import OfRigid
+from fenics_mech.recovery.freedoms_and_laws import law_efforts, of_freedoms
+from fenics_mech.recovery.of_poses import OfPoses, OfRigid
 from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solve import damp_modes
@@ -38,28 +36,14 @@ LED = 0.2  # rad, by which drives lead links to where they are held
 
 
 def without_friction(scene: Scene) -> Scene:
-    """Give a scene in which no dry friction holds a joint at rest.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give a scene in which no dry friction holds a joint at rest."""
     none = {"coefficient": 0.0, "static": None, "stribeck": None}
     laws = {name: law.model_copy(update=none) if holds(law) else law for name, law in scene.joint_laws.items()}
     return scene.model_copy(update={"joint_laws": laws})
 
 
 def refuse_friction(scene: Scene, why: str) -> None:
-    """Raise `SceneError` where a joint has dry friction.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    why
-        What it has, of which a range of equilibria is not found.
-    """
+    """Raise `SceneError` where a joint has dry friction."""
     for name, law in scene.joint_laws.items():
         if isinstance(law, Friction) and (law.belt_speed or holds(law)):
             raise SceneError(
@@ -71,86 +55,52 @@ def refuse_friction(scene: Scene, why: str) -> None:
 
 
 @dataclass
-class _Bodies:
-    """The links as bodies that do not bend, followed as drives and freedoms lead them.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    t
-        When its drives are at their position ``(1,)`` (s).
-    q
-        Coordinates where they were last ``(size,)``.
-    """
-
-    made: SceneMachine
-    t: Array
-    q: Array
-    side: float = 0.0
-
-    def lead(self, drives: Array, freedoms: Array) -> None:
-        """Lead them to values ``(drives,)`` and ``(freedoms,)``; raise `SolverError` where they do not follow."""
-        machine = leading(self.made, self.t, np.concatenate([drives, freedoms])[None])
-        (q,), gaps = closed(machine, self.t, self.q[None])
-        J = left_open(machine, self.t, q[None])[1]
-        side = float(np.linalg.slogdet(J)[0][0]) if J.shape[1] == J.shape[2] else 1.0
-        if gaps[0] > COARSELY_MET or side * self.side < 0:  # there is no way on, or only in another assembly
-            raise SolverError(f"the links do not follow the freedoms at joint {', '.join(self.made.scene.freedoms)}")
-        self.q, self.side = q, side
-
-
-@dataclass(frozen=True)
 class Resting:
-    """A scene's machine whose freedoms rows lead, with drives held at their position and all contacts closed.
+    """A scene's machine whose freedoms rows lead, with drives held at their position and all contacts closed."""
 
-    Parameters
-    ----------
-    made
-        The machine, whose freedoms nothing leads.
-    held
-        The same with the rows.
-    rows
-        Numbers of the rows.
-    t
-        When the drives are there ``(1,)`` (s).
-    start
-        Where the freedoms start ``(freedoms,)``.
-    """
-
-    made: SceneMachine
-    held: Machine
-    rows: Index
-    t: Array
-    start: Array
-    _value: Array
-    _bodies: _Bodies
+    made: SceneMachine  # the machine, whose freedoms nothing leads
+    held: Machine  # the same with the rows
+    rows: Index  # their numbers
+    t: Array  # when the drives are at their position ``(1,)`` (s)
+    start: Array  # where the freedoms start ``(freedoms,)``
+    value: Array  # where the rows hold them
+    bodies: Array  # coordinates of links that do not bend, where they were last ``(size,)``
+    side: float = 0.0  # sign of their rows' determinant, which tells one assembly from another
 
     @classmethod
     def of(cls, scene: Scene) -> Resting:
         """Build it, and lead the drives from the start to their position, with the freedoms held."""
         made = machine_of(scene)
         start = np.array([part.start or 0.0 for part in scene.freedoms.values()])
-        value, t = start.copy(), np.zeros(1)
-        if scene.drives:
-            t = np.array([scene.analysis.position / scene.cycle_rate])
+        value = start.copy()
+        t = np.array([scene.analysis.position / scene.cycle_rate if scene.drives else 0.0])
         holding = replace(made, machine=copy(made.machine))
         holding.machine.rows = list(made.machine.rows)
         rows = [lead(holding, name, _read(value, k)) for k, name in enumerate(scene.freedoms)]
         for term in made.machine.terms:
             if isinstance(term, LawTerm) and term.contacts:
                 term.shut()
-        bodies = _Bodies(made, t, made.bodies.q)
+        found = cls(made, holding.machine, np.array(rows), t, start, value, made.bodies.q)
         steps = 1 + math.ceil(abs(scene.analysis.position) / LED) if scene.drives else 1
         for share in np.arange(1, steps + 1) / steps:
-            bodies.lead(driven(made, share * t)[0][0], start)
-        return cls(made, holding.machine, np.array(rows), t, start, value, bodies)
+            found._lead(share * t, start)
+        return found
+
+    def _lead(self, t: Array, place: Array) -> None:
+        """Lead rigid links to an instant of the drives ``(1,)`` (s) and places of the freedoms ``(freedoms,)``."""
+        machine = leading(self.made, self.t, np.concatenate([driven(self.made, t)[0][0], place])[None])
+        (q,), gaps = closed(machine, self.t, self.bodies[None])
+        J = left_open(machine, self.t, q[None])[1]
+        side = float(np.linalg.slogdet(J)[0][0]) if J.shape[1] == J.shape[2] else 1.0
+        if gaps[0] > COARSELY_MET or side * self.side < 0:  # there is no way on, or only in another assembly
+            raise SolverError(f"the links do not follow the freedoms at joint {', '.join(self.made.scene.freedoms)}")
+        self.bodies, self.side = q, side
 
     def _led(self, place: Array) -> Array:
         """Lead the freedoms to places ``(freedoms,)``, and give the coordinates of links that do not bend ``(n,)``."""
-        self._value[:] = place
-        self._bodies.lead(driven(self.made, self.t)[0][0], place)
-        return coordinates_of_bodies(self.made, self._bodies.q[None])[0]
+        self.value[:] = place
+        self._lead(self.t, place)
+        return coordinates_of_bodies(self.made, self.bodies[None])[0]
 
     @cached_property
     def search(self) -> RestSearch:
@@ -162,7 +112,7 @@ class Resting:
         """Give links that do not bend as a chart, coordinates beside it, and multipliers among accelerations."""
         shape, n = here.shape, self.held.n
         q = shape.q - np.pad(self._led(place), (0, self.held.size - n))
-        bodies = self._bodies.q[None]
+        bodies = self.bodies[None]
         return Given(self.t, poses_of_links(self.made, bodies, 0 * bodies, 0 * bodies)), q, shape.a
 
     def read(self, place: Array, here: Condensed) -> OfRigid:
@@ -171,20 +121,14 @@ class Resting:
         machine.chart = chart
         q, a = (np.delete(x, machine.n + self.rows, axis=1) for x in (q, a))  # nothing holds the freedoms
         motion = Motion(machine, self.t, q, 0 * q, a, False, angles=here.shape.angles)
-        turned = made.bodies.angles + self._bodies.q[None, 2 : 3 * len(made.scene.links) : 3]
+        turned = made.bodies.angles + self.bodies[None, 2 : 3 * len(made.scene.links) : 3]
         return OfRigid(replace(made, machine=machine), motion, turned, made.scene.cycle_rate * self.t)
 
     def small_motions(self, place: Array, here: Condensed, count: int) -> SmallMotions:
-        """Give small motions about where the freedoms are at places ``(freedoms,)``.
-
-        Raises
-        ------
-        SolverError
-            When one grows, and the scene does not let that pass.
-        """
+        """Give small motions about where the freedoms are at places ``(freedoms,)``."""
         scene, machine, (chart, q, a) = self.made.scene, copy(self.held), self._beside(place, here)
         if np.any(scene.damping.ratio) and self.made.links is not None:
-            machine = copy(Resting.of(scene).held)  # whose beams are others, and damped
+            machine = Resting.of(scene).held  # whose beams are others, and damped
             machine.chart = chart
             damp_modes(machine, scene.period, scene.damping.ratio, times=self.t)
         machine.chart = chart
@@ -202,30 +146,14 @@ def _read(value: Array, k: int) -> Law:
 
 @dataclass(frozen=True)
 class FreelyAtRest(AtRest):
-    """An equilibrium of a scene's machine with freedoms, with exact strains.
+    """An equilibrium of a scene's machine with freedoms, with exact strains."""
 
-    Parameters
-    ----------
-    place
-        Where the freedoms are ``(freedoms,)``.
-    motions
-        Small motions about it.
-    """
-
-    place: Array = field(kw_only=True)
-    motions: SmallMotions = field(kw_only=True)
+    place: Array = field(kw_only=True)  # where the freedoms are ``(freedoms,)``
+    motions: SmallMotions = field(kw_only=True)  # small motions about it
 
     @classmethod
     def of(cls, scene: Scene) -> FreelyAtRest:
-        """Find it.
-
-        Raises
-        ------
-        SceneError
-            When joints rub.
-        SolverError
-            When there is no equilibrium near the start, or it is unstable.
-        """
+        """Find it."""
         refuse_friction(scene, "links that bend")
         resting = Resting.of(scene)
         place, here = resting.search.found_from(resting.start)
@@ -242,21 +170,12 @@ class FreelyAtRest(AtRest):
     @property
     def told(self) -> xr.Dataset:
         """What it has beside other answers: places of the freedoms, small motions, and what laws of joints exert."""
-        laws = law_efforts(self.positions.laws(), self.positions.depths(), {}, 0)
-        parts = of_freedoms(self.scene, self.place), of_small_motions(self.motions), with_law_units(self.scene, laws)
-        return joined(*parts)
+        freedoms = of_freedoms(self.scene, self.place[None], 0 * self.place[None])
+        return joined(freedoms, of_small_motions(self.motions), law_efforts(self.positions))
 
 
-def of_freedoms(scene: Scene, place: Array) -> xr.Dataset:
-    """Label where freedoms are at rest ``(freedoms,)``.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    place
-        Angles (rad) and strokes (m).
-    """
-    along, places = ("theta", "freedom"), place[None]
-    states = {"freedom_place": (along, places), "freedom_rate": (along, 0 * places)}
-    return xr.Dataset(states, {"freedom": list(scene.freedoms)})
+def of_small_motions(motions: SmallMotions) -> xr.Dataset:
+    """Label the small motions about an equilibrium."""
+    along = ("small_motion",)
+    variables = {"rest_frequency": (along, motions.frequency), "rest_decay": (along, motions.decay)}
+    return xr.Dataset(variables, {"small_motion": np.arange(1, len(motions.decay) + 1)})

@@ -5,39 +5,25 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.answers.by_poses import read_off
 from fenics_mech.answers.held_by_friction import FrictionAtRest, Held, holds
-from fenics_mech.answers.rest_by_poses import LED, Resting, of_freedoms, refuse_friction, without_friction
-from fenics_mech.answers.rigid_by_poses import of_laws, with_all_units
+from fenics_mech.answers.rest_by_poses import LED, Resting, of_small_motions, refuse_friction, without_friction
 from fenics_mech.answers.rigid_in_time import freed_of
 from fenics_mech.errors import SolverError
-from fenics_mech.recovery.at_rest import of_friction, of_small_motions
 from fenics_mech.recovery.dataset import joined
+from fenics_mech.recovery.freedoms_and_laws import law_efforts, of_freedoms
 from fenics_mech.recovery.result import Result
+from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Scene
 from fenics_mech.scene.start_state import StartState
 from fenics_mech.solve.rest import SmallMotions
 
 
 def rigid_at_rest(scene: Scene, placed: bool = True) -> Result:
-    """Find where rigid links are at rest, and what acts there.
-
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that its drives leave free.
-    placed
-        Whether it states where the freedoms are, so that friction may hold them there.
-
-    Raises
-    ------
-    SceneError
-        When joints rub and there are several freedoms.
-    SolverError
-        When there is no equilibrium near to the rough angles, or it is unstable.
-    """
+    """Find where rigid links are at rest, and what acts there."""
     motions: SmallMotions | None = None
     if any(map(holds, scene.joint_laws.values())):
         if len(scene.freedoms) > 1:
@@ -48,7 +34,7 @@ def rigid_at_rest(scene: Scene, placed: bool = True) -> Result:
             except SolverError:
                 pass
             else:
-                scene = _started(scene, place)
+                scene = scene.changed({f"freedoms.{name}.start": float(x) for name, x in zip(scene.freedoms, place)})
         rubbing = Resting.of(scene)
         friction = _friction(rubbing)
         start = float(rubbing.start[0])
@@ -67,11 +53,6 @@ def _found(resting: Resting) -> tuple[Array, SmallMotions]:
     return place, resting.small_motions(place, here, 2 * len(place))
 
 
-def _started(scene: Scene, places: Array) -> Scene:
-    """Give a scene whose freedoms start at other places ``(freedoms,)``."""
-    return scene.changed({f"freedoms.{name}.start": float(x) for name, x in zip(scene.freedoms, places)})
-
-
 def _friction(resting: Resting) -> FrictionAtRest:
     """Give the friction of a machine whose drives are led from the start to their position."""
     scene = resting.made.scene
@@ -86,8 +67,12 @@ def _friction(resting: Resting) -> FrictionAtRest:
 def _labelled(resting: Resting, place: Array, motions: SmallMotions | None, held: Held | None = None) -> Result:
     """Label what acts at places of the freedoms ``(freedoms,)``."""
     scene, found = resting.made.scene, resting.read(place, resting.search.at(place))
-    parts = [of_freedoms(scene, place)] if motions is None else [of_freedoms(scene, place), of_small_motions(motions)]
-    data = joined(read_off(found), of_laws(found), *parts)
+    laws = law_efforts(found)
+    parts = [read_off(found), laws, of_freedoms(scene, place[None], 0 * place[None])]
+    if motions is not None:
+        parts.append(of_small_motions(motions))
     if held is not None:
-        data = joined(data, of_friction(held, next(iter(scene.freedoms)), [str(x) for x in data["law"].to_numpy()]))
-    return with_all_units(scene, data)
+        used = [held.used.get(str(name), np.nan) for name in laws["law"].to_numpy()]
+        limits = {f"rest_{name}": (("freedom",), [end]) for name, end in zip(("lowest", "highest"), held.range)}
+        parts.append(xr.Dataset(limits | {"friction_used": (("law",), used)}))
+    return Result.with_scene(scene, with_units(scene, joined(*parts)))

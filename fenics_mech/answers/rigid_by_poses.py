@@ -6,7 +6,6 @@ of drives, follow instant by instant from one system of linear equations.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -14,11 +13,11 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.estimate import BY_POSITIONS, Errors
-from fenics_mech.accuracy.missed_peaks import ACCELERATIONS, BETWEEN
-from fenics_mech.accuracy.quantities import measures
 from fenics_mech.answers.by_poses import read_off
 from fenics_mech.errors import SceneError
+from fenics_mech.estimate.error_sources import BY_POSITIONS, Errors
+from fenics_mech.estimate.missed_peaks import ACCELERATIONS, BETWEEN
+from fenics_mech.estimate.quantities import measures
 from fenics_mech.geometry import Given, PoseMotion
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.energy import energy_of_terms, kinetic_energy
@@ -28,10 +27,10 @@ from fenics_mech.machine.led_from_scene import Led, comes_back, led_motion
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.rigid_from_scene import links_of_poses, poses_of_links
 from fenics_mech.planning.sampling_checks import require_positions
-from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
+from fenics_mech.recovery.balance import balance_of, given_by, mean_in_time
 from fenics_mech.recovery.dataset import of_errors
-from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
-from fenics_mech.recovery.of_rigid import OfRigid
+from fenics_mech.recovery.freedoms_and_laws import law_efforts
+from fenics_mech.recovery.of_poses import OfRigid
 from fenics_mech.recovery.peaks import CYCLIC
 from fenics_mech.recovery.peaks_between import BETWEEN as CLOSENESS
 from fenics_mech.recovery.peaks_between import OverCycle, PeaksBetween, Values, accelerations_of
@@ -39,46 +38,19 @@ from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joint_laws import TOUCHING
-from fenics_mech.scene.joints import effort_units
+from fenics_mech.terms.causes import Cause
 
 TOGETHER = 2_000_000  # entries of the rows' derivatives that are looked at together
 
 
 def rigid_by_poses(scene: Scene) -> Result:
-    """Analyse rigid links that drives lead: over a cycle, in one position or in time.
-
-    Parameters
-    ----------
-    scene
-        The scene, without members and freedoms.
-
-    Raises
-    ------
-    AssemblyError
-        When the links cannot be assembled, or a position of theirs is singular.
-    SceneError
-        When the scene has what does not act on links that are led.
-    UnresolvedError
-        When the positions miss the peak of a joint force by too much.
-    """
+    """Analyse rigid links that drives lead: over a cycle, in one position or in time."""
     _refuse(scene)
     require_positions(scene, count := _positions(scene))
     machine = LedMachine.of(scene)
     found = machine.at(_instants(scene, count))
-    parts = [read_off(found), of_laws(found), _powers(scene, found), _missed_by_positions(machine, found.links())]
-    return with_all_units(scene, xr.merge(parts, combine_attrs="no_conflicts"))
-
-
-def of_laws(found: OfRigid, peaks: Mapping[str, float] | None = None, closings: int = 0) -> xr.Dataset:
-    """Label what laws of joints exert, the most of it where that is known, and how often contacts closed."""
-    return law_efforts(found.laws(), found.depths(), peaks or {}, closings)
-
-
-def with_all_units(scene: Scene, data: xr.Dataset) -> Result:
-    """Give the result of labelled values, with the units of all of them."""
-    units = effort_units(scene.moved_joints, scene.joints)
-    data = with_units(data, units, scene.springs.values(), scene.dampers.values())
-    return Result.with_scene(scene, with_law_units(scene, data))
+    parts = [read_off(found), law_efforts(found), _powers(scene, found), _missed_by_positions(machine, found.links())]
+    return Result.with_scene(scene, with_units(scene, xr.merge(parts, combine_attrs="no_conflicts")))
 
 
 def _refuse(scene: Scene) -> None:
@@ -111,31 +83,15 @@ def _instants(scene: Scene, count: int) -> Array:
 
 @dataclass(frozen=True)
 class LedMachine:
-    """The machine of rigid links that drives lead, and their motion at any instant.
-
-    Parameters
-    ----------
-    made
-        The machine.
-    led
-        The motion of its links at full speed.
-    back
-        Whether they are back after a cycle, in which alone they were followed.
-    """
+    """The machine of rigid links that drives lead, and their motion at any instant."""
 
     made: SceneMachine
-    led: Led
-    back: bool
+    led: Led  # the motion of its links at full speed
+    back: bool  # whether they are back after a cycle, in which alone they were followed
 
     @classmethod
     def of(cls, scene: Scene) -> LedMachine:
-        """Build the machine of a scene, and follow its links as far as the analysis needs.
-
-        Raises
-        ------
-        AssemblyError
-            When they cannot be assembled, or the motion cannot be followed.
-        """
+        """Build the machine of a scene, and follow its links as far as the analysis needs."""
         made = machine_of(scene)
         reached = _clock(scene, _instants(scene, _positions(scene)))[0]
         first, last = min(0.0, reached.min()), max(0.0, reached.max())
@@ -148,13 +104,8 @@ class LedMachine:
         return cls(made, led_motion(made.bodies, first, last), False)
 
     def at(self, t: Array) -> OfRigid:
-        """Give what acts in their motion.
-
-        Parameters
-        ----------
-        t
-            Instants, ascending ``(instants,)`` (s).
-        """
+        """Give what acts in their motion."""
+        # t: instants, ascending ``(instants,)`` (s)
         scene = self.made.scene
         clock, rate, change = _clock(scene, t)
         q, first, second = self.led.over_cycles(clock) if self.back else self.led.at(clock)
@@ -166,21 +117,10 @@ class LedMachine:
 def acting(
     made: SceneMachine, t: Array, motion: PoseMotion, angle: Array, theta: Array, pulls: Array | None = None
 ) -> OfRigid:
-    """Give what acts in a motion of rigid links.
-
-    Parameters
-    ----------
-    made
-        A machine whose rows hold all coordinates.
-    t, motion
-        Instants, ascending (s), and the motion of all poses there.
-    angle
-        Angles of the links, whole turns and all ``(instants, links)`` (rad).
-    theta
-        Drive angles ``(instants,)`` (rad).
-    pulls
-        Multipliers of all rows ``(instants, rows)``; None where they are not known.
-    """
+    """Give what acts in a motion of rigid links."""
+    # t, motion: instants, ascending (s), and the motion of all poses there; angle: angles of the links, whole turns
+    # and all ``(instants, links)`` (rad); theta: drive angles ``(instants,)`` (rad); pulls: multipliers of all rows
+    # ``(instants, rows)``; None where they are not known
     machine, moving = copy(made.machine), made.scene.analysis.method != "static"
     machine.chart = Given(t, motion)
     near, none = _near(made, angle), np.zeros((len(t), machine.n))
@@ -217,10 +157,10 @@ def _powers(scene: Scene, found: OfRigid) -> xr.Dataset:
         return xr.Dataset()
     if scene.analysis.method == "transient":
         energy = kinetic_energy(found.motion) + energy_of_terms(found.motion)
-        mean = mean_in_time(time, powers) | stored(time, energy)
+        mean = mean_in_time(time, powers) | {Cause.STORED: given_by(energy, float(np.ptp(time)))}
     else:
         mean = {name: float(power.mean()) for name, power in powers.items()}
-    return balance_of(mean, max(float(np.abs(power).mean()) for power in powers.values()), 0.0)
+    return balance_of(mean, powers)
 
 
 QUANTITIES = "joint_force", "torque"  # whose errors are told beside those of accelerations
@@ -239,7 +179,7 @@ def _missed_by_positions(machine: LedMachine, links: LinkMotion) -> xr.Dataset:
     errors = Errors(by_source, {BETWEEN: BY_POSITIONS}, measures(scene, largest), (), largest, missed)
     if not analysis.allow_coarse:
         errors.refuse_missed(scene)
-    return of_errors(errors).dataset()
+    return of_errors(errors)
 
 
 @dataclass(frozen=True)

@@ -19,34 +19,34 @@ import xarray as xr
 from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TINY
 from fenics_mech._progress import reached
-from fenics_mech.accuracy.quantities import measures_of_efforts
-from fenics_mech.accuracy.remarks import after_contacts
 from fenics_mech.answers.by_poses import read_off
-from fenics_mech.answers.in_time_by_poses import LONGEST, SHARPER, noted_peaks
+from fenics_mech.answers.in_time_by_poses import LONGEST, SHARPER, noted_peaks, times_of
 from fenics_mech.answers.repeated_by_poses import OTHER_TIMES, differs, kinds_of, lasting, repeated_in
-from fenics_mech.answers.rigid_by_poses import acting, of_laws, with_all_units
-from fenics_mech.errors import AssemblyError, SceneError, shortened
+from fenics_mech.answers.rigid_by_poses import acting
+from fenics_mech.errors import AssemblyError
+from fenics_mech.estimate.quantities import measures_of_efforts
+from fenics_mech.estimate.remarks import after_contacts
 from fenics_mech.joints.law_terms import LawTerm
-from fenics_mech.kinematics.motion import coordinates as of_links
+from fenics_mech.kinematics import coordinates as of_links
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.freed import Carried, Driven, Freed, StrayedError
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.rigid_from_scene import coordinates_of_links, driven
-from fenics_mech.planning.sampling_checks import require_positions
-from fenics_mech.recovery.balance import balance_of
+from fenics_mech.recovery.balance import balance_of, given_by
 from fenics_mech.recovery.beside_motion import Beside, beside_motion, times_of_growth
 from fenics_mech.recovery.dataset import joined
-from fenics_mech.recovery.of_rigid import OfRigid
+from fenics_mech.recovery.freedoms_and_laws import law_efforts, of_freedoms, running
+from fenics_mech.recovery.of_poses import OfRigid
 from fenics_mech.recovery.result import Result
-from fenics_mech.recovery.running import running
+from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Prismatic, Scene, Slot
-from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
+from fenics_mech.scene.analysis_options import refuse_rough
 from fenics_mech.scene.start_state import StartState
 from fenics_mech.scene.strikes import ROUNDING, Strike, strikes_between
 from fenics_mech.solve import Step, steps_in_time
 from fenics_mech.solve.blows import jumps
 from fenics_mech.solve.disturbances import Growth, Transition
-from fenics_mech.solve.repeated import ANGLE, SHOOTING, History, Lap, RepeatedMotion, State, sizes_of
+from fenics_mech.solve.repeated import ANGLE, SHOOTING, History, Lap, State, sizes_of
 from fenics_mech.terms.causes import Cause
 
 STAGES = 9  # of a step, at least: few long steps, as what a step costs hardly grows with its stages
@@ -56,22 +56,7 @@ BOUNCED = 0.1  # of the tolerance, which a step in a contact may miss its rate b
 
 
 def rigid_in_time(scene: Scene, start: StartState | None = None) -> Result:
-    """Analyse a motion in time of rigid links.
-
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that its drives leave free.
-    start
-        The state to go on from; None for that at time 0.
-
-    Raises
-    ------
-    SceneError
-        When it has more positions than a result holds, or what no term states yet.
-    SolverError
-        When a step has no solution, or a freedom moves no mass.
-    """
+    """Analyse a motion in time of rigid links."""
     refuse_rough(scene.analysis)
     repeated = None
     if scene.analysis.start == "periodic":
@@ -79,36 +64,16 @@ def rigid_in_time(scene: Scene, start: StartState | None = None) -> Result:
         start = _start_of(repeated.start)
     course = Course.of(scene, start)
     data = _labelled(course)
-    parts = [_powers(course), _errors(course, data, start), *_of_freedoms(course, repeated)]
-    return with_all_units(scene, xr.merge([data, *parts], combine_attrs="no_conflicts"))
+    beside = (
+        running(scene, course.at.t, course.at.r, course.rate),
+        beside_motion(course.beside, course.at.t, repeated),
+    )
+    parts = [data, _powers(course), _errors(course, data, start), *beside]
+    return Result.with_scene(scene, with_units(scene, xr.merge(parts, combine_attrs="no_conflicts")))
 
 
-def _times(scene: Scene, start: float) -> Array:
-    """Give the instants of the result (s)."""
-    analysis = scene.analysis
-    count = (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
-    if count + 1 > MOST_POSITIONS:
-        raise SceneError(
-            f"{shortened(count + 1)} positions are more than a result holds, {MOST_POSITIONS}",
-            place="analysis.sub_intervals",
-            hint="Give fewer cycles or sub_intervals",
-        )
-    require_positions(scene, count + 1)
-    return start + scene.period / analysis.sub_intervals * np.arange(count + 1.0)
-
-
-def freed_of(made: SceneMachine, start: StartState, near: Array | None = None) -> Freed:
-    """Give the machine of a scene as one of its freedoms.
-
-    Parameters
-    ----------
-    made
-        The machine of rigid links.
-    start
-        Where they are.
-    near
-        Coordinates that they have there; None for those of the start.
-    """
+def freed_of(made: SceneMachine, start: StartState) -> Freed:
+    """Give the machine of a scene as one of its freedoms."""
     holding = replace(made, machine=copy(made.machine))
     holding.machine.rows = list(made.machine.rows)
     own = [lead(holding, name, np.zeros_like) for name in made.scene.freedoms]
@@ -119,42 +84,21 @@ def freed_of(made: SceneMachine, start: StartState, near: Array | None = None) -
         _, first[:, made.driven], second[:, made.driven] = driven(made, t)
         return Driven(first, second)
 
-    if near is None:
-        near = np.zeros(machine.n) if start.links is None else coordinates_of_links(made, start.links[None])[0]
+    near = np.zeros(machine.n) if start.links is None else coordinates_of_links(made, start.links[None])[0]
     return Freed(machine, own, demanded, start.displacement, start.time, near)
 
 
-def theta_of(scene: Scene, t: Array, place: Array) -> Array:
-    """Give drive angles (rad); of the first freedom, where it turns and nothing is driven; else a phase."""
-    if scene.drives:
-        return scene.coordinate(t).value
-    if isinstance(scene.joints[next(iter(scene.freedoms))], Slot | Prismatic):
-        return scene.cycle_rate * t
-    return place[:, 0]
-
-
 def found_at(made: SceneMachine, freed: Freed, known: Carried, rate: Array) -> OfRigid:
-    """Give what acts where the freedoms are at some places and rates, and nothing holds them.
-
-    Parameters
-    ----------
-    made, freed
-        The machine.
-    known
-        Links near to where they are, with the places.
-    rate
-        Rates ``(instants, freedoms)``.
-    """
-    moved, held = freed.freely(known, rate)
-    return rigid_at(made, freed, moved, theta_of(made.scene, known.t, known.r), held.pulls)
-
-
-def rigid_at(made: SceneMachine, freed: Freed, known: Carried, theta: Array, pulls: Array | None) -> OfRigid:
-    """Give what acts in a motion of the links; `theta` and `pulls` are those of `acting`."""
-    links = made.scene.links
-    poses = [made.end(f"{name}.{next(iter(link.points))}").pose for name, link in links.items()]
-    angle = np.array([made.bodies.at_start[name] for name in links]) + known.Q[:, freed.machine.places[poses, 2]]
-    return acting(replace(made, machine=freed.machine), known.t, freed.motion(known), angle, theta, pulls)
+    """Give what acts where freedoms are at places, with rates ``(instants, freedoms)``, and nothing holds them."""
+    scene, (moved, held) = made.scene, freed.freely(known, rate)
+    if scene.drives:
+        theta = scene.coordinate(known.t).value
+    else:  # of the first freedom, where it turns; else a phase
+        slides = isinstance(scene.joints[next(iter(scene.freedoms))], Slot | Prismatic)
+        theta = scene.cycle_rate * known.t if slides else known.r[:, 0]
+    poses = [made.end(f"{name}.{next(iter(link.points))}").pose for name, link in scene.links.items()]
+    angle = np.array([made.bodies.at_start[name] for name in scene.links]) + moved.Q[:, freed.machine.places[poses, 2]]
+    return acting(replace(made, machine=freed.machine), known.t, freed.motion(moved), angle, theta, held.pulls)
 
 
 @dataclass
@@ -185,40 +129,22 @@ class _Struck:
 
 @dataclass(frozen=True)
 class Course:
-    """A motion in time.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    made, freed
-        Its machine.
-    at, rate
-        Links at the positions of the result, and rates of the freedoms there ``(instants, freedoms)``.
-    stages, rates, weights
-        The same at the stages of all steps, and their weights in an integral over time (s).
-    steps
-        Number of steps.
-    peaks
-        The most that each law of contact exerts.
-    beside
-        What was followed beside the motion.
-    works
-        Energy that impulses gave (J).
-    """
+    """A motion in time."""
 
     scene: Scene
-    made: SceneMachine
+    made: SceneMachine  # made, freed: its machine
     freed: Freed
+    # at, rate: links at the positions of the result, and rates of the freedoms there ``(instants, freedoms)``
     at: Carried
     rate: Array
+    # stages, rates, weights: the same at the stages of all steps, and their weights in an integral over time (s)
     stages: Carried
     rates: Array
     weights: Array
     steps: int
-    peaks: dict[str, float]
-    beside: Beside
-    works: float
+    peaks: dict[str, float]  # the most that each law of contact exerts
+    beside: Beside  # what was followed beside the motion
+    works: float  # energy that impulses gave (J)
 
     @classmethod
     def of(
@@ -229,28 +155,9 @@ class Course:
         also: Callable[[Step], None] | None = None,
         shares: Array | None = None,
     ) -> Course:
-        """Follow a motion from its start.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        start
-            The state to go on from; None for that at time 0.
-        sharper
-            Factor on the tolerance of its steps.
-        also
-            Is called with every step.
-        shares
-            Where steps end, of the motion, with 0; None where they are chosen.
-
-        Raises
-        ------
-        AssemblyError
-            When the freedoms do not say how the links move.
-        """
+        """Follow a motion from its start."""
         start = start or StartState.stated(scene)
-        times, analysis = _times(scene, start.time), scene.analysis
+        times, analysis = times_of(scene, start.time), scene.analysis
         made = machine_of(scene)
         freed = freed_of(made, start)
         strokes = [isinstance(scene.joints[name], Slot | Prismatic) for name in scene.freedoms]
@@ -313,10 +220,8 @@ class Course:
 
 
 def _refusal(scene: Scene, freed: Freed, t: float) -> AssemblyError:
-    """Say that the freedoms do not tell at an instant how links move.
-
-    Where the joints' own rows are singular, those with a freedom at any joint are too.
-    """
+    """Say that the freedoms do not tell at an instant how links move."""
+    # Where the joints' own rows are singular, those with a freedom at any joint are too.
     J, count = freed._here.J[-1], len(scene.moved_joints)
     motion = np.abs(np.linalg.svd(J)[2][-1, freed.machine.places[1:, 2]])
     moved = ", ".join(list(scene.links)[k] for k in np.argsort(-motion) if motion[k] > MOVED * motion.max())
@@ -396,31 +301,14 @@ class _Taken:
 
 def _labelled(course: Course) -> xr.Dataset:
     """Label the motion, and forces and efforts in it."""
-    found, along = course.positions, ("theta", "freedom")
-    largest = {name: float(np.abs(effort).max()) for name, effort in course.inside.laws().items()}
-    largest |= {name: max(size, largest[name]) for name, size in course.peaks.items()}
-    states = xr.Dataset(
-        {"freedom_place": (along, course.at.r), "freedom_rate": (along, course.rate)},
-        {"freedom": list(course.scene.freedoms)},
-    )
-    data = read_off(found).assign_attrs(time_steps=course.steps)
-    return joined(data, states, of_laws(found, largest, course.closings))
-
-
-def _of_freedoms(course: Course, repeated: RepeatedMotion | None) -> list[xr.Dataset]:
-    """Give how the freedoms run, and what was followed beside their motion."""
-    t = course.at.t
-    return [
-        running(course.scene, t, course.at.r, course.rate),
-        beside_motion(course.scene, course.beside, t, repeated),
-    ]
+    data = read_off(course.positions).assign_attrs(time_steps=course.steps)
+    laws = law_efforts(course.positions, course.inside, course.peaks, course.closings)
+    return joined(data, of_freedoms(course.scene, course.at.r, course.rate), laws)
 
 
 def _powers(course: Course) -> xr.Dataset:
-    """Give the mean power of every cause, and what is stored, by the stages of all steps.
-
-    Efforts in freedoms count without what accelerates their rotors. What drives give at impulses is not known.
-    """
+    """Give the mean power of every cause, and what is stored, by the stages of all steps."""
+    # Efforts in freedoms count without what accelerates their rotors. What drives give at impulses is not known.
     if course.scene.impulses and course.scene.drives:
         return xr.Dataset()
     inside, ends = course.inside, course.positions.motion
@@ -430,11 +318,10 @@ def _powers(course: Course) -> xr.Dataset:
         mean[Cause.IMPULSES] = course.works / duration
     rotors = np.array([part.inertia for part in course.scene.freedoms.values()])
     energy = kinetic_energy(ends) + energy_of_terms(ends) - course.rate**2 @ rotors / 2
-    mean[Cause.STORED] = -float(energy[-1] - energy[0]) / duration
+    mean[Cause.STORED] = given_by(energy, duration)
     if Cause.WEIGHT in mean:
-        weight = energy_of_weight(ends)
-        mean[Cause.WEIGHT] = -float(weight[-1] - weight[0]) / duration
-    return balance_of(mean, max(float(np.abs(power).mean()) for power in powers.values()), 0.0)
+        mean[Cause.WEIGHT] = given_by(energy_of_weight(ends), duration)
+    return balance_of(mean, powers)
 
 
 def _errors(course: Course, data: xr.Dataset, start: StartState | None) -> xr.Dataset:
@@ -449,8 +336,9 @@ def _errors(course: Course, data: xr.Dataset, start: StartState | None) -> xr.Da
     other = _labelled(Course.of(scene, start, SHARPER))
     found: dict[str, Any] = {}
     for name, axis in {"joint_force": "joint", "drive_effort": "drive", "freedom_place": "freedom"}.items():
-        change = np.abs(other[name].to_numpy() - data[name].to_numpy())
-        by_part, largest = (_by_part(values) for values in (change, np.abs(data[name].to_numpy())))
+        here = data[name].to_numpy()
+        values = np.abs(np.stack([other[name].to_numpy() - here, here]))
+        by_part, largest = np.moveaxis(values, 2, 1).reshape(2, values.shape[2], -1).max(axis=2)
         found[f"{name}_error"] = (("source", axis), by_part[None])
         measure = np.full_like(largest, max(float(largest.max(initial=0.0)), TINY))
         if name == "drive_effort":
@@ -461,22 +349,11 @@ def _errors(course: Course, data: xr.Dataset, start: StartState | None) -> xr.Da
     return xr.Dataset(found, {"source": ["time"]}, attributes)
 
 
-def _by_part(values: Array) -> Array:
-    """Give the largest over time of each joint, drive or freedom: of ``(times, parts, ...)``."""
-    return np.asarray(np.moveaxis(values, 1, 0).reshape(values.shape[1], -1).max(axis=1))
-
-
 @dataclass(frozen=True)
 class Runner:
-    """Integrates the motion of rigid links for the search of one that repeats; see `solve.repeated.Runner`.
+    """Integrates the motion of rigid links for the search of one that repeats; see `solve.repeated.Runner`."""
 
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that can move and no drive leads.
-    """
-
-    scene: Scene
+    scene: Scene  # the scene, with a freedom for all that can move and no drive leads
 
     @property
     def kinds(self) -> Index:

@@ -9,27 +9,25 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, norms
-from fenics_mech._constants import TURN
 from fenics_mech.answers.buckled_links import refuse_folded, weakest_link, with_buckled
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING
-from fenics_mech.errors import AssemblyError, DerivativeError, SceneError, SolverError
+from fenics_mech.errors import AssemblyError, DerivativeError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier, Given
 from fenics_mech.kinematics import Motion as LinkMotion
-from fenics_mech.kinematics import solve_motion
-from fenics_mech.kinematics.freedom import describe, nothing_holds
-from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.kinematics import coordinates
 from fenics_mech.machine import Machine
-from fenics_mech.machine.from_scene import ALWAYS, SECTIONS, SceneMachine, machine_of
+from fenics_mech.machine.free_motions import describe, nothing_holds
+from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.motion import coordinates as of_poses
 from fenics_mech.machine.rigid_from_scene import near_links, near_motion, poses_of_links, rigid_motion
-from fenics_mech.planning.cycle_steps import corners_to_cut
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.scene import Scene
@@ -74,38 +72,20 @@ SIGNS = 1.0, -1.0  # of what is ahead of an answer and of what is behind it
 
 
 def with_effects(scene: Scene) -> Scene:
-    """Choose the effects of a scene for the equation of poses, or refuse those that it has not.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    SceneError
-        When it lists effects that the equation has not yet.
-    """
+    """Choose the effects of a scene for the equation of poses, or refuse those that it has not."""
     if scene.effects == "auto":
         lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
         scene = scene.changed(effects=(COUPLING, EXACT_STRAINS, *(name for name in FREE if name not in lacking)))
     elif EXACT_STRAINS in scene.named_effects and COUPLING not in scene.named_effects:  # which exact strains come with
         scene = scene.changed(effects=(*scene.named_effects, COUPLING))
-    acting = {effect.name for effect in active(scene)}
-    if refused := sorted(
-        acting - ALWAYS - SECTIONS.keys() - {effect.name for effect in EFFECTS.values() if effect.acting is not None}
-    ):
-        raise SceneError(
-            f"the equation of poses does not have {' and '.join(refused)} yet", place="effects", hint="Leave it out"
-        )
+    active(scene)  # which says what is wrong with its effects
     return scene
 
 
 def built(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
-    """Build a machine that is damped, with the motion of its rigid links as chart.
-
-    It is that of a machine with a coarser mesh, or found beside that of one which differs a little, if they are given.
-    """
+    """Build a machine that is damped, with the motion of its rigid links as chart."""
+    # It is that of a machine with a coarser mesh, or found beside that of one which differs a little, if they are
+    # given.
     made = machine_of(scene)
     if coarse is not None and isinstance(coarse.chart, Fourier):
         made.machine.chart = finer_chart(coarse.chart, coarse, made.machine)
@@ -129,10 +109,8 @@ def _rigid_at(made: SceneMachine, t: Array) -> Given:
 
 
 def _rigid_cycle(made: SceneMachine, count: int | None = None) -> Fourier:
-    """Give the periodic motion of all poses where links do not bend.
-
-    Its positions are as many as its laws and harmonics ask for, unless their number is given.
-    """
+    """Give the periodic motion of all poses where links do not bend."""
+    # Its positions are as many as its laws and harmonics ask for, unless their number is given.
     scene, least = made.scene, FEWEST
     for drive in scene.drives:
         if drive.law is not None:
@@ -175,37 +153,12 @@ def stiffening(scene: Scene, machine: Machine, t: Array, free: Array | None = No
     return axial_forces(machine, quasi_static(machine, t, scene.analysis.method != "static", free))
 
 
-def steps_of(scene: Scene) -> Array:
-    """Give the instants at which steps of a cycle begin (s): evenly, where loads jump, and where impulses act.
-
-    A jump counts to the step after it, which begins by a rounding before it. Steps are cut at corners of loads, too,
-    that their stages do not show.
-    """
-    count, rate = scene.analysis.sub_intervals, scene.cycle_rate
-    even = np.arange(count) / count * TURN
-    jumps = [angle for load in scene.loads.values() for angle in load.jumps]
-    jumps += [impulse.angle for impulse in scene.impulses.values() if impulse.angle is not None]
-    turned, corners = (
-        np.unique(np.mod(np.sign(rate) * np.array(angles, dtype=float), TURN))
-        for angles in (jumps, corners_to_cut(scene))
-    )
-    corners = corners[np.diff(corners, prepend=-1.0) > SAMPLING.same]
-    begun = np.concatenate([even[~_among(even, turned)], turned - 2 * SAMPLING.same])
-    return np.sort(np.concatenate([begun, corners[~_among(corners, np.append(begun, turned))]])) / abs(rate)
-
-
-def _among(angles: Array, others: Array) -> NDArray[np.bool_]:
-    """Say which angles are others too (rad)."""
-    apart = np.abs(np.mod(angles[:, None] - others + np.pi, TURN) - np.pi)
-    return np.asarray(apart.min(axis=1, initial=TURN) < SAMPLING.same)
-
-
 Run = LastMotions[Path]  # motions before that of a scene, from which it is sought
 
 
 def found_beside(scene: Scene, machine: Machine, run: Run | None) -> Cycle | None:
     """Find the motion of a scene's machine from the last ones of a run; None where that leads to none."""
-    like = Path.of_rest(machine, scene.period, steps_of(scene), scene.analysis.stages)
+    like = Path.of_rest(machine, scene.period, Steps.of(scene).times, scene.analysis.stages)
     near = None if run is None else run.near(lambda path: isinstance(path, Path) and like.alike(path))
     if near is None:
         return None
@@ -217,65 +170,33 @@ def found_beside(scene: Scene, machine: Machine, run: Run | None) -> Cycle | Non
 
 
 def left_out_by_linear(changes: Sequence[float]) -> float | None:
-    """Give the share of the coordinates that linear strains leave out, by Newton's steps from the rigid motion.
-
-    The first step gives the linear answer. Where it changes nothing there is no second one, and None is given.
-
-    Parameters
-    ----------
-    changes
-        Sizes of the steps.
-    """
+    """Give the share of the coordinates that linear strains leave out, by Newton's steps from the rigid motion."""
+    # The first step gives the linear answer. Where it changes nothing there is no second one, and None is given.
     return changes[1] / changes[0] if len(changes) > 1 else None
 
 
 @dataclass(frozen=True)
 class Solved:
-    """A periodic motion of a scene's machine.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    made
-        Its machine.
-    cycle
-        The motion.
-    disturbances
-        Small ones of it; None for those that its steps tell.
-    left_out
-        Share of the coordinates that linear strains leave out; None where it is not known.
-    """
+    """A periodic motion of a scene's machine."""
 
     scene: Scene
     made: SceneMachine
     cycle: Cycle
+    # small ones of it; None for those that its steps tell
     disturbances: RunningModes | None = field(default=None, kw_only=True)
+    # share of the coordinates that linear strains leave out; None where it is not known
     left_out: float | None = field(default=None, kw_only=True)
     untold = ()  # variables that it has not
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> Solved:
-        """Build the machine of a scene, and find its periodic motion.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        run
-            Motions before it; None to begin from the rigid motion.
-
-        Raises
-        ------
-        SolverError
-            When there is none near the rigid motion.
-        """
+        """Build the machine of a scene, and find its periodic motion."""
         made = built(scene)
         if (beside := found_beside(scene, made.machine, run)) is not None:
             refuse_folded(made, beside.evaluation, beside.t.ravel())
             return cls(scene, made, beside)
         try:
-            cycle = periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages)
+            cycle = periodic(made.machine, scene.period, Steps.of(scene).times, stages=scene.analysis.stages)
         except SolverError as error:
             raise with_buckled(made, instants_of(scene), True, error) from error
         refuse_folded(made, cycle.evaluation, cycle.t.ravel())
@@ -320,24 +241,13 @@ class Solved:
         """Build the machine of a scene that differs a little."""
         made = _alike(self.made, built(scene, near=self.made.machine))
         path, pace = self.cycle.path, scene.cycle_rate / self.scene.cycle_rate
-        starts = steps_of(scene) * pace
+        starts = Steps.of(scene).times * pace
         if len(starts) != len(path.starts) or np.abs(starts - path.starts).max() > SAMPLING.same * path.period:
             raise DerivativeError("a variable moves an instant at which a load jumps or an impulse acts")
         return made, Beside(made.machine, pace)
 
     def beside(self, *scenes: Scene) -> list[Solved]:
-        """Give the motions of two scenes that lie as far to both sides of this one, to first order.
-
-        Parameters
-        ----------
-        scenes
-            The two scenes.
-
-        Raises
-        ------
-        DerivativeError
-            When their motions have other coordinates or steps, or multipliers that are judged have no derivatives.
-        """
+        """Give the motions of two scenes that lie as far to both sides of this one, to first order."""
         made, sides = zip(*map(self._with, scenes))
         change, found = cycle_change(self.cycle, *sides), []
         for scene, machine, other, sign in zip(scenes, made, sides, SIGNS):
@@ -371,34 +281,21 @@ class Solved:
 
 @dataclass(frozen=True)
 class LinearCycle(Solved):
-    """A periodic motion that is linear beside the rigid one: the first step of Newton's method.
+    """A periodic motion that is linear beside the rigid one: the first step of Newton's method."""
 
-    Its cycle holds the tangents of that step.
+    # Its cycle holds the tangents of that step.
 
-    Parameters
-    ----------
-    stresses
-        Those of every term at all stages after the step.
-    """
-
-    stresses: Stresses
+    stresses: Stresses  # those of every term at all stages after the step
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> LinearCycle:
-        """Build the machine of a scene, and find its periodic motion in the linear theory of its effects.
-
-        It is the only one, so that motions before it tell nothing of it.
-
-        Raises
-        ------
-        SolverError
-            When it is at an undamped resonance.
-        """
+        """Build the machine of a scene, and find its periodic motion in the linear theory of its effects."""
+        # It is the only one, so that motions before it tell nothing of it.
         return cls._by(scene, built(scene), scene.analysis.stages)
 
     @classmethod
     def _by(cls, scene: Scene, made: SceneMachine, stages: int) -> LinearCycle:
-        path = Path.of_rest(made.machine, scene.period, steps_of(scene), stages)
+        path = Path.of_rest(made.machine, scene.period, Steps.of(scene).times, stages)
         stiff = stiffening(scene, made.machine, path.at(path.tableau.c)[0].ravel())
         step = Iteration(made.machine, path, stiff, turning=stiff is not None)
         change = step.step()
@@ -446,40 +343,18 @@ TIGHT, MOST = 1e-11, 40  # Newton's change of coordinates (m, rad), and its step
 
 @dataclass(frozen=True)
 class AtRest:
-    """Static answers of a scene's machine at its positions, without rates beside the rigid motion.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    made
-        Its machine, without damping of its links: they do not vibrate.
-    positions
-        What is read off it.
-    following
-        Newton's method after the first step; None of an exact answer.
-    left_out
-        As of `Solved`.
-    lost
-        Share that rounding may take.
-    """
+    """Static answers of a scene's machine at its positions, without rates beside the rigid motion."""
 
     scene: Scene
-    made: SceneMachine
+    made: SceneMachine  # its machine, without damping of its links: they do not vibrate
     positions: OfPoses
-    following: StaticIteration | None
-    left_out: float | None = None
-    lost: float = 0.0
+    following: StaticIteration | None  # Newton's method after the first step; None of an exact answer
+    left_out: float | None = None  # as of `Solved`
+    lost: float = 0.0  # share that rounding may take
 
     @classmethod
     def of(cls, scene: Scene) -> AtRest:
-        """Build the machine of a scene, and find its static answers.
-
-        Raises
-        ------
-        SolverError
-            When there is none near the rigid motion at a position.
-        """
+        """Build the machine of a scene, and find its static answers."""
         return cls._by(scene, _undamped(scene), instants_of(scene))
 
     @classmethod
@@ -528,18 +403,7 @@ class AtRest:
         return made, Beside(machine, pace, replace(held, force=found.force)), stiff
 
     def beside(self, *scenes: Scene) -> list[AtRest]:
-        """Give the answers of two scenes that lie as far to both sides of this one, to first order.
-
-        Parameters
-        ----------
-        scenes
-            The two scenes.
-
-        Raises
-        ------
-        DerivativeError
-            When their answers have other coordinates.
-        """
+        """Give the answers of two scenes that lie as far to both sides of this one, to first order."""
         motion, sides = self.positions.motion, [self._with(scene) for scene in scenes]
         t, q, a, moving = motion.t, motion.q, motion.a, motion.moving
         if self.following is None:
@@ -624,10 +488,8 @@ def _refuse_buckled(made: SceneMachine, steps: StaticIteration) -> None:
 
 
 def _beyond_buckling(machine: Machine, t: Array, moving: bool, free: Array | None) -> StaticIteration | None:
-    """Give the answer to which members buckle, where a load across them tells to which side; None where none is found.
-
-    It goes down in energy from the straight members: each step has as much of the axial forces as does not buckle.
-    """
+    """Give the answer to which members buckle, where a load across them tells the side; None where none is found."""
+    # It goes down in energy from the straight members: each step has as much of the axial forces as does not buckle.
     axial = axial_forces(machine, quasi_static(machine, t, moving, free))
     steps = StaticIteration(machine, t, moving, axial, free)
     for _ in range(MOST_DOWN):
@@ -649,13 +511,7 @@ def _beyond_buckling(machine: Machine, t: Array, moving: bool, free: Array | Non
 
 
 def moves_of(made: SceneMachine) -> tuple[LinkMotion, Array] | None:
-    """Give motions of rigid links that joints let pass, and coordinates of them ``(size, motions)``; None without any.
-
-    Parameters
-    ----------
-    made
-        The machine. One that is driven has none.
-    """
+    """Give motions that joints let pass to rigid links, and their coordinates ``(size, motions)``; None without any."""
     if made.scene.drives:
         return None
     motion = solve_motion(made.scene, np.zeros(1))
@@ -684,7 +540,7 @@ def _refuse_accelerated(made: SceneMachine, steps: StaticIteration) -> None:
     if scene.analysis.method == "static" and steps.unheld > UNHELD * np.abs(force).max(initial=0.0):
         motion = solve_motion(scene, np.zeros(1))
         links = coordinates(motion.position, motion.angle)
-        raise nothing_holds(describe(scene.links, scene.joints, links[0], motion.free))
+        raise nothing_holds(describe(scene, links[0], motion.free))
 
 
 def _refuse_lost(made: SceneMachine, steps: StaticIteration) -> None:
@@ -721,15 +577,7 @@ def _refuse_far(made: SceneMachine, steps: StaticIteration) -> None:
 
 
 def instants_of(scene: Scene, share: float = 0.0) -> Array:
-    """Give the instants at which the positions of a result are, or at a share of the way to the next (s).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    share
-        Of the way.
-    """
+    """Give the instants at which the positions of a result are, or at a share of the way to the next (s)."""
     if not scene.drives:  # a structure: it has one position
         return np.zeros(1)
     if scene.analysis.method == "static":

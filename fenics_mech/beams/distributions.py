@@ -20,34 +20,17 @@ DEGREE = 4  # of the polynomials that stand for a section that varies
 
 @dataclass(frozen=True)
 class Distribution:
-    """A property of the sections along the elements.
+    """A property of the sections along the elements."""
 
-    Parameters
-    ----------
-    coefficient
-        The property as UFL coefficient.
-    mean
-        Its mean over each element, ``(elements,)``.
-    powers
-        Coefficients of the powers of the place 0..1 in each element, ``(elements, powers)``: `DEGREE` + 1 of them, or
-        one where no section varies. The same polynomials stand in the coefficient.
-    """
-
-    coefficient: Any
-    mean: Array
+    coefficient: Any  # the property as UFL coefficient
+    mean: Array  # its mean over each element, (elements,)
+    # Coefficients of the powers of the place 0..1 in each element, (elements, powers): `DEGREE` + 1 of them, or one
+    # where no section varies. The same polynomials stand in the coefficient.
     powers: Array
 
     @classmethod
     def constant(cls, layout: Layout, by_element: Array) -> Distribution:
-        """Give a property with one value per element, ``(elements,)``.
-
-        Parameters
-        ----------
-        layout
-            The broken space of the mesh.
-        by_element
-            The property of each element.
-        """
+        """Give a property with one value per element, ``(elements,)``."""
         return cls(layout.coefficient(by_element), by_element, by_element[:, None])
 
     @property
@@ -57,27 +40,8 @@ class Distribution:
 
 
 def along_elements(layout: Layout, properties: Callable[[str, Array], Array], varies: bool) -> tuple[Distribution, ...]:
-    """Properties of the members as polynomials in each element, constant ones where no section varies.
-
-    Parameters
-    ----------
-    layout
-        The broken space of the members.
-    properties
-        Gives them of a member, by label, at places 0..1 along it, ``(properties, places)``.
-    varies
-        Whether a section varies along its member.
-
-    Returns
-    -------
-    tuple
-        The properties.
-
-    Raises
-    ------
-    SceneError
-        When a section varies too fast for an element.
-    """
+    """Properties of the members as polynomials in each element, constant ones where no section varies."""
+    # properties (properties, places)
     return (_varying if varies else _constant)(layout, properties)
 
 
@@ -89,11 +53,9 @@ def _constant(layout: Layout, properties: Callable[[str, Array], Array]) -> tupl
 
 
 def _varying(layout: Layout, properties: Callable[[str, Array], Array]) -> tuple[Distribution, ...]:
-    """Give polynomials of degree `DEGREE`.
-
-    They are interpolated in a discontinuous Lagrange space, so that UFL chooses a quadrature that is exact for them:
-    degree 2 more than theirs in bending, 6 more in the mass.
-    """
+    """Give polynomials of degree `DEGREE`."""
+    # They are interpolated in a discontinuous Lagrange space, so that UFL chooses a quadrature that is exact for
+    # them: degree 2 more than theirs in bending, 6 more in the mass.
     import ufl  # noqa: PLC0415  (slow to import, and few sections vary)
 
     from fenics_mech import _fenicsx  # noqa: PLC0415

@@ -13,13 +13,7 @@ if TYPE_CHECKING:
 
 
 def member_rotation(mesh: BeamMesh) -> Array:
-    """Turn an element's nodal dofs from link axes into its member's axes, ``(elements, 6, 6)``.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    """
+    """Turn an element's nodal dofs from link axes into its member's axes, ``(elements, 6, 6)``."""
     angle = mesh.member_angle[mesh.cell_member]
     rotation = np.zeros((len(angle), 6, 6))
     for first in (0, 3):
@@ -31,24 +25,11 @@ def member_rotation(mesh: BeamMesh) -> Array:
 
 
 def element_dofs(mesh: BeamMesh) -> Index:
-    """Nodal dofs of each element, ``(elements, 6)``.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    """
+    """Nodal dofs of each element, ``(elements, 6)``."""
     return (3 * mesh.cell_nodes[:, :, None] + np.arange(3)).reshape(-1, 6)
 
 
 def in_member_axes(mesh: BeamMesh, nodal: Array) -> Array:
-    """Nodal values in link axes as those of each element in its member's axes, ``(angles, elements, 6)``.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    nodal
-        Values of the nodal dofs in link axes, ``(angles, nodal dofs)``.
-    """
+    """Nodal values in link axes as those of each element in its member's axes, ``(angles, elements, 6)``."""
+    # nodal (angles, nodal dofs)
     return each(member_rotation(mesh), nodal[:, element_dofs(mesh)])

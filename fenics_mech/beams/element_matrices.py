@@ -1,4 +1,4 @@
-"""Stiffness, mass and gyroscopic matrices of all links in their own axes: they do not depend on the crank angle."""
+"""Stiffness and mass matrices of all links in their own axes: they do not depend on the crank angle."""
 
 from __future__ import annotations
 
@@ -13,23 +13,11 @@ import scipy.sparse as sp
 
 from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array, Index, each
-from fenics_mech.beams.attachment import QUARTER
 from fenics_mech.beams.distributions import Distribution, along_elements
 from fenics_mech.beams.element_dofs import in_member_axes
-from fenics_mech.beams.forms import (
-    axial,
-    bending,
-    bowing,
-    gyroscopic,
-    mass,
-    offset_gyroscopic,
-    offset_mass,
-    rotary,
-    shear,
-)
+from fenics_mech.beams.forms import axial, bending, bowing, mass, offset_mass, rotary, shear
 from fenics_mech.beams.layout import Layout
 from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.beams.nonlinear_stretching import Stretching
 from fenics_mech.beams.offset_pins import Offsets
 from fenics_mech.scene import Link, PointMass, RigidBody, Scene
 
@@ -39,74 +27,40 @@ Form = Callable[[Any, Any], Any]  # UFL form of a space and the coefficient of a
 
 @dataclass(frozen=True)
 class ElementRigidity:
-    """Stiffness of the sections along the elements.
+    """Stiffness of the sections along the elements."""
 
-    Parameters
-    ----------
-    axial, bending
-        EA (N) and EI (N m^2). The mean of EA is infinite where an element cannot stretch.
-    shear
-        G A_s (N); None where beams are rigid in shear.
-    """
-
-    axial: Distribution
+    axial: Distribution  # EA (N) and EI (N m^2). The mean of EA is infinite where an element cannot stretch.
     bending: Distribution
-    shear: Distribution | None = None
+    shear: Distribution | None = None  # G A_s (N); None where beams are rigid in shear
 
     @property
     def varies(self) -> bool:
         """Whether a section varies along elements."""
         return self.bending.varies
 
-    @cached_property
-    def powers(self) -> Array:
-        """Powers of EA (N) and EI (N m^2), ``(elements, 2, powers)``; see `Distribution`."""
-        return np.stack([self.axial.powers, self.bending.powers], axis=1)
-
 
 @dataclass(frozen=True)
 class Inertia:
-    """Mass of the sections along the elements, and of bodies at nodes.
+    """Mass of the sections along the elements, and of bodies at nodes."""
 
-    Parameters
-    ----------
-    density
-        rho A (kg/m).
-    bodies
-        Point masses and rigid links, by node.
-    rotary
-        rho I (kg m); None where the sections' rotation has no inertia. Without the effect 'rotary-inertia' it is that
-        of a mass in the centre of mass, beside the neutral line.
-    spread
-        The same inertia with its mass along the elements, where it stands at their nodes.
-    """
-
-    density: Distribution
-    bodies: tuple[tuple[int, RigidBody | PointMass], ...] = ()
+    density: Distribution  # rho A (kg/m)
+    bodies: tuple[tuple[int, RigidBody | PointMass], ...] = ()  # point masses and rigid links, by node
+    # rho I (kg m); None where the sections' rotation has no inertia. Without the effect 'rotary-inertia' it is that
+    # of a mass in the centre of mass, beside the neutral line.
     rotary: Distribution | None = None
-    spread: Inertia | None = None
+    spread: Inertia | None = None  # the same inertia with its mass along the elements, where it stands at their nodes
 
 
 @dataclass(frozen=True)
 class Beams:
-    """The links' matrices. Rows and columns are nodal dofs in link axes, 3 per node of `mesh`.
+    """The links' matrices. Rows and columns are nodal dofs in link axes, 3 per node of `mesh`."""
 
-    All matrices are assembled when first asked for. Those of elements are in their members' axes, ``(elements, 6, 6)``:
-    u, w, phi at both nodes.
+    # All matrices are assembled when first asked for. Those of elements are in their members' axes, (elements, 6, 6):
+    # u, w, phi at both nodes.
 
-    Parameters
-    ----------
-    layout
-        The broken space and how nodal dofs span it.
-    rigidity
-        Stiffness of the sections.
-    inertia
-        Mass of the sections and of bodies at nodes.
-    """
-
-    layout: Layout
-    rigidity: ElementRigidity
-    inertia: Inertia
+    layout: Layout  # the broken space and how nodal dofs span it
+    rigidity: ElementRigidity  # stiffness of the sections
+    inertia: Inertia  # mass of the sections and of bodies at nodes
 
     @property
     def mesh(self) -> BeamMesh:
@@ -129,11 +83,6 @@ class Beams:
         """Matrix m of all links with the point masses."""
         return self._with_bodies(self._broken_mass, lambda body: np.diag([body.mass, body.mass, body.inertia]))
 
-    @cached_property
-    def gyroscopic(self) -> sp.csr_matrix:
-        """Matrix s of all links with the point masses."""
-        return self._with_bodies(self._broken_gyroscopic, lambda body: body.mass * QUARTER)
-
     def _with_bodies(
         self, broken: sp.csr_matrix | None, block: Callable[[RigidBody | PointMass], Array]
     ) -> sp.csr_matrix:
@@ -151,21 +100,10 @@ class Beams:
         return self.layout.of_elements(self._broken_stiffness)
 
     def elastic_ends(self, nodal: Array) -> Array:
-        """Forces on the elements' ends in their members' axes, by what strains each element (7.2).
-
-        The matrix k times displacements loses digits where a stiff element moves far as a whole. Here its strain is
-        taken first, and its forces are in balance to the last digit.
-
-        Parameters
-        ----------
-        nodal
-            Displacements of the nodes in link axes (m, rad), ``(angles, nodal dofs)``.
-
-        Returns
-        -------
-        numpy.ndarray
-            Forces and moments (N, N m), ``(angles, elements, 6)``.
-        """
+        """Forces on the elements' ends in their members' axes, by what strains each element (7.2)."""
+        # nodal (angles, nodal dofs) (m, rad)
+        # The matrix k times displacements loses digits where a stiff element moves far as a whole. Here its strain is
+        # taken first, and its forces are in balance to the last digit.
         length, v = self.mesh.cell_length, in_member_axes(self.mesh, nodal)
         chord = (v[..., 4] - v[..., 1]) / length
         strained = np.stack([v[..., 3] - v[..., 0], v[..., 2] - chord, v[..., 5] - chord], axis=-1)
@@ -206,15 +144,6 @@ class Beams:
     def _broken_rotary(self) -> sp.csr_matrix | None:
         return None if self.inertia.rotary is None else self._assembled({rotary: self.inertia.rotary})
 
-    @cached_property
-    def stretching(self) -> Stretching:
-        """What tension and bending do to each other in every element, assembled when first asked for."""
-        return self.layout.once("stretching", lambda: Stretching.of(self.layout))
-
-    @cached_property
-    def _broken_gyroscopic(self) -> sp.csr_matrix:
-        return self._assembled({gyroscopic: self.inertia.density, offset_gyroscopic: self._moment_beside})
-
     @property
     def _moment_beside(self) -> Distribution | None:
         """Moment of the mass about the neutral line; None where it is 0 everywhere."""
@@ -236,19 +165,7 @@ class Beams:
 
 
 def assemble_beams(scene: Scene, mesh: BeamMesh) -> Beams:
-    """Prepare the matrices of all links by Euler and Bernoulli, (7.1) and (7.2), in link axes.
-
-    Parameters
-    ----------
-    scene, mesh
-        The scene and its mesh.
-
-    Raises
-    ------
-    SceneError
-        When a section varies too fast for an element, or a pin travels along a member whose neutral line is beside
-        its axis.
-    """
+    """Prepare the matrices of all links by Euler and Bernoulli, (7.1) and (7.2), in link axes."""
     members = scene.members()
 
     def properties(label: str, s: Array) -> Array:

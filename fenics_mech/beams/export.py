@@ -18,26 +18,10 @@ FORMATS = {".msh": "gmsh", ".vtu": "vtu", ".xdmf": "xdmf"}
 
 
 def plane_mesh(links: Mapping[str, Link], joints: Mapping[str, Joint], mesh: BeamMesh, motion: Motion) -> meshio.Mesh:
-    """Place the nodes in the fixed frame at the first angle of a motion, with the physical groups of a drawing.
-
-    Lines are grouped by member, numbered from 1. Points are grouped by joint, numbered from 1 in the order of the
-    scene, and then by name where they are in no joint. `fenics_mech.scene.drawing` says what the groups' names mean and
-    reads the mesh back. Rigid links are not drawn.
-
-    Parameters
-    ----------
-    links, joints
-        The linkage, by name.
-    mesh
-        The mesh of its members.
-    motion
-        A rigid motion of it.
-
-    Returns
-    -------
-    meshio.Mesh
-        Nodes with z = 0 (m), lines and points.
-    """
+    """Place the nodes in the fixed frame at the first angle of a motion, with the physical groups of a drawing."""
+    # Lines are grouped by member, numbered from 1. Points are grouped by joint, numbered from 1 in the order of the
+    # scene, and then by name where they are in no joint. `fenics_mech.scene.drawing` says what the groups' names mean
+    # and reads the mesh back. Rigid links are not drawn.
     angle = motion.angle[0, mesh.node_link]
     c, s, (x, y) = np.cos(angle), np.sin(angle), mesh.node_xy.T
     turned = np.stack([c * x - s * y, s * x + c * y, np.zeros_like(x)], axis=-1)
@@ -74,20 +58,7 @@ def _point_groups(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> dic
 
 
 def write_mesh(mesh: meshio.Mesh, path: Path) -> None:
-    """Write a mesh in the format of the file's ending.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    path
-        The file; its ending says the format.
-
-    Raises
-    ------
-    ResultError
-        When the ending is unknown or the file cannot be written.
-    """
+    """Write a mesh in the format of the file's ending."""
     if path.suffix not in FORMATS:
         raise ResultError(f"{path}: unknown mesh format {path.suffix!r}; known are {', '.join(FORMATS)}")
     try:

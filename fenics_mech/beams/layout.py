@@ -20,42 +20,24 @@ from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.made_once import MadeOnce
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.offset_pins import Offsets
-from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, moments_at_ends, work_equivalent
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 
 
 @dataclass(frozen=True)
 class Layout(MadeOnce):
-    """The broken space of a mesh, and what a form in it becomes in nodal dofs.
+    """The broken space of a mesh, and what a form in it becomes in nodal dofs."""
 
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    space
-        The broken space, axial by normal displacement.
-    shear_angle
-        Angle of shear of each element by w and phi of both its nodes, ``(elements, 4)`` (1/m, 1); None where beams are
-        rigid in shear. With it a nodal rotation phi is that of the section, not of the axis.
-    offsets
-        Places of the neutral line and of the centre of mass; None where both are on the axes of all members.
-    """
-
-    mesh: BeamMesh
-    space: Any
+    mesh: BeamMesh  # the mesh
+    space: Any  # the broken space, axial by normal displacement
+    # Angle of shear of each element by w and phi of both its nodes, (elements, 4) (1/m, 1); None where beams are
+    # rigid in shear. With it a nodal rotation phi is that of the section, not of the axis.
     shear_angle: Array | None = None
+    # places of the neutral line and of the centre of mass; None where both are on the axes of all members
     offsets: Offsets | None = None
 
     @classmethod
     def of(cls, mesh: BeamMesh, offsets: Offsets | None = None) -> Layout:
-        """Lay out the broken space DG1 x DG3 on a mesh.
-
-        Parameters
-        ----------
-        mesh
-            The mesh.
-        offsets
-            Places of neutral lines and centres of mass that are not on the members' axes.
-        """
+        """Lay out the broken space DG1 x DG3 on a mesh."""
         if offsets is not None:
             return cls(mesh, mesh.space, offsets=offsets)
         return mesh.once("layout", lambda: cls(mesh, mesh.space))
@@ -66,60 +48,26 @@ class Layout(MadeOnce):
         return _fenicsx.cellwise_coordinate(self.mesh.mesh, self.mesh.cell[self.mesh.cell_flipped])
 
     def sheared(self, angle: Array) -> Layout:
-        """Give the layout with shear: the space has the angle of shear too, one per cell.
-
-        Parameters
-        ----------
-        angle
-            Angle of shear by w and phi of both nodes, ``(elements, 4)`` (1/m, 1).
-        """
+        """Give the layout with shear: the space has the angle of shear too, one per cell."""
+        # angle (elements, 4)
         return replace(self, space=_fenicsx.broken_space(self.mesh.mesh, (1, 3, 0)), shear_angle=angle)
 
     def coefficient(self, by_element: Array) -> Any:
-        """Give the UFL coefficient that takes one value per element, ``(elements,)``.
-
-        Parameters
-        ----------
-        by_element
-            Values in the order of the mesh's elements.
-        """
+        """Give the UFL coefficient that takes one value per element, ``(elements,)``."""
         by_cell = np.empty_like(by_element)
         by_cell[self.mesh.cell] = by_element
         return _fenicsx.cellwise(self.mesh.constants, by_cell)
 
     def nodal(self, broken: sp.csr_matrix) -> sp.csr_matrix:
-        """Carry a broken matrix to nodal dofs in link axes.
-
-        Parameters
-        ----------
-        broken
-            Matrix over the dofs of the broken space.
-        """
+        """Carry a broken matrix to nodal dofs in link axes."""
         return (self.embedding.T @ broken @ self.embedding).tocsr()
 
     def of_elements(self, broken: sp.csr_matrix) -> Array:
-        """Blocks of a broken matrix in the nodal dofs and member axes of each element, ``(elements, 6, 6)``.
-
-        Parameters
-        ----------
-        broken
-            Matrix over the dofs of the broken space.
-        """
+        """Blocks of a broken matrix in the nodal dofs and member axes of each element, ``(elements, 6, 6)``."""
         dofs, hermite = self._hermite
         rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
         blocks = np.asarray(broken[rows.ravel(), columns.ravel()]).reshape(rows.shape)
         return np.einsum("eai,eab,ebj->eij", hermite, blocks, hermite)
-
-    def vector_of_elements(self, form: Any) -> Array:
-        """Assemble a linear form: its parts in the nodal dofs and member axes of each element, ``(elements, 6)``.
-
-        Parameters
-        ----------
-        form
-            Linear UFL form on the broken space.
-        """
-        dofs, hermite = self._hermite
-        return np.einsum("eai,ea->ei", hermite, _fenicsx.assemble_vector(form)[dofs])
 
     @property
     def tied(self) -> bool:
@@ -128,47 +76,20 @@ class Layout(MadeOnce):
 
     @cached_property
     def tie(self) -> Array:
-        """From nodal dofs to those of Hermite's functions, in member axes, ``(elements, 6, 6)``.
-
-        Where the nodes have the rotation phi of the section, Hermite's functions have the slope w' = phi + gamma of the
-        axis. Where the neutral line is y beside the axis, they have its displacement u - y phi.
-        """
+        """From nodal dofs to those of Hermite's functions, in member axes, ``(elements, 6, 6)``."""
+        # Where the nodes have the rotation phi of the section, Hermite's functions have the slope w' = phi + gamma of
+        # the axis. Where the neutral line is y beside the axis, they have its displacement u - y phi.
         tie = np.tile(np.eye(6), (len(self.mesh.cell), 1, 1)) if self.offsets is None else self.offsets.arms
         if self.shear_angle is not None:
             tie[:, NORMAL[1::2], 1:3] += self.shear_angle[:, None, :2]
             tie[:, NORMAL[1::2], 4:] += self.shear_angle[:, None, 2:]
         return tie
 
-    def work_equivalent(self, line: Array) -> Array:
-        """Forces at the elements' nodes that do the work of spread loads, see `shapes.work_equivalent`.
-
-        Parameters
-        ----------
-        line
-            Loads along elements in member axes, ``(angles, elements, 4)`` (N/m), as of `Loads.line`.
-
-        Returns
-        -------
-        numpy.ndarray
-            Forces and moments in member axes, ``(angles, elements, 6)`` (N, N m).
-        """
-        forces = work_equivalent(line, self.mesh.cell_length)
-        if self.offsets is None:
-            return forces if self.shear_angle is None else np.einsum("eji,tej->tei", self.tie, forces)
-        moments = self.offsets.neutral[:, None] * line[..., :2]  # per length, of forces beside the neutral line
-        forces += moments_at_ends(moments, self.mesh.cell_length)
-        forces = np.einsum("eji,tej->tei", self.tie, forces)
-        if self.shear_angle is not None:  # they turn the sections, and not the axis
-            forces[..., NORMAL] -= (moments.mean(axis=-1) * self.mesh.cell_length)[..., None] * self.shear_angle
-        return forces
-
     @cached_property
     def _hermite(self) -> tuple[Index, Array]:
-        """Broken dofs of each element, and the functions of its nodal dofs at them, in member axes.
-
-        Dofs ``(elements, n)`` and values ``(elements, n, 6)``, n being 6, or 7 with shear: column j is the broken
-        function that nodal dof j (u, w, phi at both nodes) of the element makes: a linear one, or a cubic by Hermite.
-        """
+        """Broken dofs of each element, and the functions of its nodal dofs at them, in member axes."""
+        # Dofs (elements, n) and values (elements, n, 6), n being 6, or 7 with shear: column j is the broken function
+        # that nodal dof j (u, w, phi at both nodes) of the element makes: a linear one, or a cubic by Hermite.
         mesh = self.mesh
         (u_dofs, u_points), (w_dofs, w_points) = (_fenicsx.cell_dofs(self.space, part) for part in (0, 1))
         dofs = np.concatenate([u_dofs, w_dofs], axis=1)[mesh.cell]
@@ -185,11 +106,6 @@ class Layout(MadeOnce):
         angle[:, 0, NORMAL] = self.shear_angle
         dofs = np.concatenate([dofs, _fenicsx.cell_dofs(self.space, 2)[0][mesh.cell]], axis=1)
         return dofs, np.concatenate([values @ self.tie, angle], axis=1)
-
-    @property
-    def broken_deflection(self) -> Array:
-        """Broken dofs of the deflection by the nodal dofs of each element, in member axes, ``(elements, 4, 6)``."""
-        return self._hermite[1][:, 2:6]
 
     @cached_property
     def embedding(self) -> sp.csr_matrix:

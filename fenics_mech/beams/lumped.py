@@ -19,24 +19,10 @@ SCALED_DIAGONAL = 1 / 39  # of a lump's moment of inertia over its mass and the 
 
 
 def lumped(scene: Scene, links: Beams) -> Beams:
-    """Give the beams' mass to bodies at the nodes: ``int rho A N dx`` with the linear functions N.
-
-    A body without a moment of inertia would leave the mass singular. Each has what the scaled diagonal of the
-    consistent mass gives it, ``rho A h^3/78`` from each uniform element: Hinton, Rock and Zienkiewicz, Earthquake Eng.
-    Struct. Dyn. 4 (1976) 245. Between the nodes the beams have no mass: bending moments run straight there.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    links
-        Its beams, with their mass along the elements.
-
-    Raises
-    ------
-    SceneError
-        When a section has its mass or its neutral line beside the axis.
-    """
+    """Give the beams' mass to bodies at the nodes: ``int rho A N dx`` with the linear functions N."""
+    # A body without a moment of inertia would leave the mass singular. Each has what the scaled diagonal of the
+    # consistent mass gives it, rho A h^3/78 from each uniform element: Hinton, Rock and Zienkiewicz, Earthquake Eng.
+    # Struct. Dyn. 4 (1976) 245. Between the nodes the beams have no mass: bending moments run straight there.
     refuse_offsets(scene.rigidity, scene.members(), "lumped-mass")
     mesh = links.mesh
     mass = np.stack([links.element_mass[:, i, [0, 3]].sum(axis=1) for i in (0, 3)], axis=1)  # (elements, 2)

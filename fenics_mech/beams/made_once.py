@@ -17,43 +17,21 @@ class MadeOnce:
     _made: dict[str, Any] = field(init=False, repr=False, default_factory=dict)
 
     def once(self, what: str, make: Callable[[], Made]) -> Made:
-        """Make something, or give it as it was made before.
-
-        Parameters
-        ----------
-        what
-            What it is.
-        make
-            Makes it.
-        """
+        """Make something, or give it as it was made before."""
         if what not in self._made:
             self._made[what] = make()
         return self._made[what]
 
 
 class LastMade:
-    """The last things of one kind that were made, given again for what they were made from.
-
-    Parameters
-    ----------
-    most
-        How many are kept.
-    """
+    """The last things of one kind that were made, given again for what they were made from."""
 
     def __init__(self, most: int) -> None:
         self.most = most
         self._made: list[tuple[Any, Any]] = []
 
     def once(self, needed: Any, make: Callable[Given, Made], *given: Given.args, **options: Given.kwargs) -> Made:
-        """Make something, or give it as it was made from what is equal.
-
-        Parameters
-        ----------
-        needed
-            All that it depends on.
-        make, *given, **options
-            Makes it, and what it takes.
-        """
+        """Make something, or give it as it was made from what is equal."""
         for known, made in self._made:
             if known == needed:
                 return made  # type: ignore[no-any-return]

@@ -23,56 +23,28 @@ from fenics_mech.scene.meshing import member_nodes
 
 @dataclass(frozen=True)
 class BeamMesh(MadeOnce):
-    """The members of a scene cut into elements.
+    """The members of a scene cut into elements."""
 
-    Parameters
-    ----------
-    mesh
-        The dolfinx mesh (gdim 1): the members lie one after the other on the x axis.
-    members
-        Labels of the members.
-    member_link
-        Link of each member, as index into the scene's links.
-    member_angle, member_length
-        Angle of each member's axis in its link's frame (rad) and its length (m).
-    cell
-        dolfinx index of each element; elements are ordered by member and along it.
-    cell_flipped
-        Whether the dolfinx cell runs from the element's second node to its first.
-    cell_member, cell_nodes, cell_start, cell_length
-        Member, nodes ``(elements, 2)``, and the arc length from the member's first point (m) of each element.
-    node_link, node_xy
-        Link of each node and its place in the link's frame (m).
-    node_name
-        "link.point", "label@s" for nodes inside a member, and "link.centre" for a rigid link, which has one node.
-    other_names
-        By "link.point" of a point that is no member's end: that of the end at its place.
-    """
-
-    mesh: Any
-    members: tuple[str, ...]
-    member_link: Index
-    member_angle: Array
+    mesh: Any  # the dolfinx mesh (gdim 1): the members lie one after the other on the x axis
+    members: tuple[str, ...]  # labels of the members
+    member_link: Index  # link of each member, as index into the scene's links
+    member_angle: Array  # angle of each member's axis in its link's frame (rad) and its length (m)
     member_length: Array
-    cell: Index
-    cell_flipped: NDArray[np.bool_]
+    cell: Index  # dolfinx index of each element; elements are ordered by member and along it
+    cell_flipped: NDArray[np.bool_]  # whether the dolfinx cell runs from the element's second node to its first
+    # member, nodes (elements, 2), and the arc length from the member's first point (m) of each element
     cell_member: Index
     cell_nodes: Index
     cell_start: Array
     cell_length: Array
-    node_link: Index
+    node_link: Index  # link of each node and its place in the link's frame (m)
     node_xy: Array
+    # "link.point", "label@s" for nodes inside a member, and "link.centre" for a rigid link, which has one node
     node_name: tuple[str, ...]
-    other_names: Mapping[str, str]
+    other_names: Mapping[str, str]  # by "link.point" of a point that is no member's end: that of the end at its place
 
     def node(self, name: str) -> int:
-        """Index of the node of that name.
-
-        Parameters
-        ----------
-        name
-            "link.point", "label@s" or "link.centre".
-        """
+        """Index of the node of that name."""
         return self._index[name]
 
     @cached_property
@@ -92,20 +64,7 @@ class BeamMesh(MadeOnce):
 
 
 def mesh_scene(scene: Scene, loads_at_nodes: bool = False) -> BeamMesh:
-    """Mesh all members of a scene with gmsh and read them into dolfinx.
-
-    Parameters
-    ----------
-    scene
-        The scene; its `mesh` says how many elements each member has.
-    loads_at_nodes
-        Whether every load needs a node; see `effects.loads_at_nodes`.
-
-    Raises
-    ------
-    SceneError
-        When no link has a member.
-    """
+    """Mesh all members of a scene with gmsh and read them into dolfinx."""
     members = scene.members()
     if not members:
         raise SceneError(

@@ -29,37 +29,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Offsets:
-    """Places along the members' normals (m), ``(elements,)`` each.
+    """Places along the members' normals (m), ``(elements,)`` each."""
 
-    Parameters
-    ----------
-    neutral
-        Of the neutral line, from the member's axis.
-    mass
-        Of the centre of mass, from the neutral line.
-    """
-
-    neutral: Array
-    mass: Array
+    neutral: Array  # of the neutral line, from the member's axis
+    mass: Array  # of the centre of mass, from the neutral line
 
     @classmethod
     def of(cls, mesh: BeamMesh, rigidity: Rigidities, members: Members, joints: Mapping[str, Joint]) -> Offsets | None:
-        """Find the offsets of the members' sections; None where there is none.
-
-        Parameters
-        ----------
-        mesh
-            The mesh of the members.
-        rigidity, members
-            As `Scene.rigidity` and `Scene.members` give them.
-        joints
-            The joints, by name.
-
-        Raises
-        ------
-        SceneError
-            When a pin travels along a member whose neutral line is beside its axis.
-        """
+        """Find the offsets of the members' sections; None where there is none."""
         lines = np.array([_lines(rigidity, label) for label in mesh.members]).reshape(-1, 2)
         if not lines.any():
             return None
@@ -82,15 +59,7 @@ def _lines(rigidity: Rigidities, label: str) -> tuple[float, float]:
 
 
 def refuse_offsets(rigidity: Rigidities, members: Members, effect: str) -> None:
-    """Raise `SceneError` where a section has offsets that an effect does not know.
-
-    Parameters
-    ----------
-    rigidity, members
-        As `Scene.rigidity` and `Scene.members` give them.
-    effect
-        Name of the effect.
-    """
+    """Raise `SceneError` where a section has offsets that an effect does not know."""
     for label, (link, member) in members.items():
         neutral, centre = _lines(rigidity, label)
         if neutral or centre:

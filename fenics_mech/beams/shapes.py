@@ -14,38 +14,18 @@ CUBIC = (  # displacement, rotation times L, of the first node and of the second
     Polynomial([0, 0, 3, -2]),  # (4.9)
     Polynomial([0, 0, -1, 1]),  # (4.10)
 )
-ALONG, ACROSS = (  # integrals of their products with the linear ones
-    np.array([[(f * g).integ()(1.0) for g in LINEAR] for f in functions]) for functions in (LINEAR, CUBIC)
-)
-SLOPES_ACROSS = np.array([[(f.deriv() * g).integ()(1.0) for g in LINEAR] for f in CUBIC])
 AXIAL, NORMAL = [0, 3], [1, 2, 4, 5]  # an element's dofs u, w, phi at both nodes: those along its axis, and across
 
 
 def evaluate(functions: tuple[Polynomial, ...], xi: Array) -> Array:
-    """Values of functions, ``(..., functions)``.
-
-    Parameters
-    ----------
-    functions
-        Polynomials of the place 0..1 in an element.
-    xi
-        Places, ``(...)``.
-    """
+    """Values of functions, ``(..., functions)``."""
+    # xi (...)
     return np.stack([f(xi) for f in functions], axis=-1)
 
 
 def integral(functions: tuple[Polynomial, ...], xi: Array, times: int = 1) -> Array:
-    """Repeated integrals of functions from 0, ``(..., functions)``.
-
-    Parameters
-    ----------
-    functions
-        Polynomials of the place 0..1 in an element.
-    xi
-        Upper ends of the integrals, ``(...)``.
-    times
-        How often they are integrated.
-    """
+    """Repeated integrals of functions from 0, ``(..., functions)``."""
+    # xi (...)
     powers = np.arange(max(len(f.coef) for f in functions))
     coefficients = np.zeros((len(functions), len(powers)))
     for row, f in zip(coefficients, functions):
@@ -55,85 +35,13 @@ def integral(functions: tuple[Polynomial, ...], xi: Array, times: int = 1) -> Ar
 
 
 def between_fixed_ends(functions: tuple[Polynomial, ...], xi: Array) -> Array:
-    """Answers of ``u'' = f_j`` with u = 0 at both ends of the unit element, ``(places, functions)``.
-
-    Parameters
-    ----------
-    functions
-        Right-hand sides, as polynomials of the place 0..1 in an element.
-    xi
-        Places, ``(places,)``.
-    """
+    """Answers of ``u'' = f_j`` with u = 0 at both ends of the unit element, ``(places, functions)``."""
+    # xi (places,)
     at_end = integral(functions, np.ones(1), 2)
     return integral(functions, xi, 2) - at_end * xi[:, None]
 
 
-def between_clamped_ends(functions: tuple[Polynomial, ...], xi: Array, shear_number: Array, order: int = 4) -> Array:
-    """Deflections of the unit element with clamped ends under spread loads, ``(places, functions)``.
-
-    Parameters
-    ----------
-    functions
-        The loads f_j over the bending stiffness: ``w'''' = f_j``; with order 3 moments: ``w''' = f_j``.
-    xi
-        Places 0..1.
-    shear_number
-        EI/(G A_s) over the element's length squared, ``(places,)``; 0 where it is rigid in shear. The clamped ends
-        hold the rotation phi of the sections: ``phi''' = f_j``, ``w' = phi - shear_number phi''``.
-    order
-        4 for forces, 3 for moments.
-    """
-    number = shear_number[:, None]
-    g = number if order == 4 else np.zeros_like(number)
-    value = integral(functions, np.ones(1), order) - g * integral(functions, np.ones(1), 2)
-    slope = integral(functions, np.ones(1), order - 1)
-    return integral(functions, xi, order) - g * integral(functions, xi, 2) - _towards(value, slope, xi[:, None], number)
-
-
-def _towards(value: Array, slope: Array, x: Array, number: Array) -> Array:
-    """Deflection at x of the unit element clamped at 0, and held at 1 at a displacement and a section's rotation."""
-    angle = 12 * number / (1 + 12 * number) * (value - slope / 2)  # of shear, as in beams.timoshenko
-    return angle * (x - 3 * x**2 + 2 * x**3) + (3 * value - slope) * x**2 + (slope - 2 * value) * x**3
-
-
-def work_equivalent(line: Array, length: Array) -> Array:
-    """Forces at the nodes of elements that do the same work as loads spread linearly along them.
-
-    Parameters
-    ----------
-    line
-        Along the axis at the first and second node, then along the normal (N/m), ``(angles, elements, 4)``.
-    length
-        Of the elements (m), ``(elements,)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        Forces and moments in the elements' dofs u, w, phi, ``(angles, elements, 6)``.
-    """
-    forces = np.zeros((*line.shape[:2], 6))
-    forces[..., AXIAL] = line[..., :2] @ ALONG.T
-    forces[..., NORMAL] = line[..., 2:] @ ACROSS.T
-    forces[..., [2, 5]] *= length[:, None]
-    return forces * length[:, None]
-
-
-def moments_at_ends(moments: Array, length: Array) -> Array:
-    """Do as `work_equivalent` for moments spread linearly along elements (N m/m), ``(angles, elements, 2)``.
-
-    Parameters
-    ----------
-    moments
-        Moment per length at both ends of each element.
-    length
-        Length of each element (m), ``(elements,)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        Forces and moments at the nodes, in member axes, ``(angles, elements, 6)`` (N, N m).
-    """
-    forces = np.zeros((*moments.shape[:2], 6))
-    forces[..., NORMAL] = moments @ SLOPES_ACROSS.T
-    forces[..., [2, 5]] *= length[:, None]
-    return forces
+def between_clamped_ends(functions: tuple[Polynomial, ...], xi: Array) -> Array:
+    """Deflections of the unit element with clamped ends under spread loads, ``(places, functions)``."""
+    value, slope, x = *(integral(functions, np.ones(1), order) for order in (4, 3)), xi[:, None]
+    return integral(functions, xi, 4) - (3 * value - slope) * x**2 - (slope - 2 * value) * x**3

@@ -18,23 +18,9 @@ SPARE = 20  # sines beside the frequencies wanted
 
 
 def simply_supported_frequencies(scene: Scene, count: int = 1) -> dict[str, np.ndarray]:
-    """Give the frequencies of each member as a beam on two pins.
-
-    A uniform beam has those of eq. (7.6). For a section that varies, its modes are the functions by which Ritz' method
-    gives them.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    count
-        Number of frequencies of each member.
-
-    Returns
-    -------
-    dict
-        Frequencies (Hz), ascending, ``(count,)``, by the members' labels.
-    """
+    """Give the frequencies of each member as a beam on two pins."""
+    # A uniform beam has those of eq. (7.6). For a section that varies, its modes are the functions by which Ritz'
+    # method gives them.
     frequencies = {}
     for label, (_, member) in scene.members().items():
         length = math.dist(*scene.member_ends(label))

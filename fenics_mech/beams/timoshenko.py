@@ -18,17 +18,10 @@ if TYPE_CHECKING:
 
 
 def sheared(scene: Scene, links: Beams) -> Beams:
-    """Add the stiffness of shear, with an angle of shear gamma in each element that its equilibrium gives.
-
-    The axis w is cubic, its slope at a node gamma more than the rotation phi of the section there. Gamma, constant in
-    the element, makes its energy of bending and shear stationary. So the element is exact under forces at its ends,
-    however thin it is: nothing locks.
-
-    Raises
-    ------
-    SceneError
-        When a section does not say what is needed, or a pin travels along a member that bends.
-    """
+    """Add the stiffness of shear, with an angle of shear gamma in each element that its equilibrium gives."""
+    # The axis w is cubic, its slope at a node gamma more than the rotation phi of the section there. Gamma, constant
+    # in the element, makes its energy of bending and shear stationary. So the element is exact under forces at its
+    # ends, however thin it is: nothing locks.
     refuse_travelling(scene.joints)
     (stiffness,) = along_elements(
         links.layout, lambda label, s: scene.shear_stiffness(label, s)[None], links.rigidity.varies
@@ -60,12 +53,10 @@ def refuse_travelling(joints: Mapping[str, Joint]) -> None:
 
 
 def with_rotary_inertia(scene: Scene, links: Beams) -> Beams:
-    """Add ``int rho I phi psi dx`` to the mass, phi the rotation of the sections.
-
-    A section turns by the rigid angle of its link and by phi, with the kinetic energy ``rho I (omega + phi')^2/2`` per
-    length. So the mass also acts on the link's angular acceleration, the slope of the rigid acceleration. It has no
-    part in the gyroscopic matrix, and none in the centrifugal forces.
-    """
+    """Add ``int rho I phi psi dx`` to the mass, phi the rotation of the sections."""
+    # A section turns by the rigid angle of its link and by phi, with the kinetic energy rho I (omega + phi')^2/2 per
+    # length. So the mass also acts on the link's angular acceleration, the slope of the rigid acceleration. It has no
+    # part in the gyroscopic matrix, and none in the centrifugal forces.
     (rotary,) = along_elements(
         links.layout, lambda label, s: scene.rigidity(label, s).rotary_inertia[None], links.rigidity.varies
     )

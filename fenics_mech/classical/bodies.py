@@ -11,6 +11,7 @@ from fenics_mech.kinematics import Motion
 from fenics_mech.machine.assembly import led
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.machine.linkage import as_motion
 from fenics_mech.machine.rigid_from_scene import motion_of_bodies, poses_of_links
 
 POSITIONS = 48  # of the cycle, through which a series gives where Newton's method begins
@@ -18,15 +19,7 @@ Known = tuple[PoseMotion, Motion]
 
 
 class Bodies:
-    """The motion of links that do not bend, as a chart that solves for any instants and keeps what it found.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    like
-        One with other elements, whose links move alike; None where there is none.
-    """
+    """The motion of links that do not bend, as a chart that solves for any instants and keeps what it found."""
 
     still = False
     _series: NDArray[np.complex128]  # of coordinates of the links as bodies, beside what turns from cycle to cycle
@@ -55,21 +48,10 @@ class Bodies:
             times, back = np.unique(t, return_inverse=True)
             none = (np.zeros((len(times), 0)),) * 3
             q, v, a = motion_of_bodies(self.made, times, self._near(times), none)
-            self._found[key] = (
-                poses_of_links(self.made, q, v, a).part(back),
-                self._of_links(t, q[back], v[back], a[back]),
-            )
+            theta = self.made.scene.cycle_rate * clock_of(self.made.scene)(t)
+            links = as_motion(self.made.bodies, theta, t, q[back], v[back], a[back])
+            self._found[key] = poses_of_links(self.made, q, v, a).part(back), links
         return self._found[key]
-
-    def _of_links(self, t: Array, q: Array, v: Array, a: Array) -> Motion:
-        scene, bodies = self.made.scene, self.made.bodies
-        count = len(scene.links)
-        of_links = [x[:, : 3 * count].reshape(len(t), count, 3) for x in (q, v, a)]
-        place = np.array(bodies.machine.r)[1:] + of_links[0][..., :2]
-        (_, rate, second), angle = of_links, bodies.angles + of_links[0][..., 2]
-        theta = scene.cycle_rate * clock_of(scene)(t)
-        moved = (place, rate[..., :2], second[..., :2], angle, rate[..., 2], second[..., 2])
-        return Motion(theta, t, tuple(scene.links), *moved)
 
     def links(self, t: Array) -> Motion:
         """Give the motion of the links' frames at some instants (s)."""

@@ -26,11 +26,8 @@ RINGING = 0.02  # of the whole amplitude: by how much a mode may ring that the s
 
 
 def free(omega: Array, zeta: Array, time: Array) -> Array:
-    """From the states at 0 to those at `time` without load, (5.12), (5.13) with the damping of (E.13).
-
-    `omega` and `zeta` are ``(positions, modes)``, `time` is ``(positions, 1)`` (s). Matrices are
-    ``(positions, modes, 2, 2)``.
-    """
+    """From the states at 0 to those at `time` without load, (5.12), (5.13) with the damping of (E.13)."""
+    # `omega` and `zeta` are (positions, modes), `time` is (positions, 1) (s). Matrices are (positions, modes, 2, 2).
     root, decay = np.sqrt(1 - zeta**2), np.exp(-zeta * omega * time)
     c, s = decay * np.cos(root * omega * time), decay * np.sin(root * omega * time) / root
     return np.stack([np.stack([c + zeta * s, s], -1), np.stack([-s, c - zeta * s], -1)], -2)
@@ -49,32 +46,12 @@ def forced(omega: Array, zeta: Array, load: Array, slope: Array, time: Array) ->
 
 
 def joins(how: str, modes: Modes, zeta: Array, straining: Array, step: Array) -> Array:
-    """From the states at the end of each sub-interval to those at the start of the next.
-
-    These are ``y_{k+1} = J y_k`` and ``y'_{k+1} = J y'_k + L y_k`` with ``J = Phi_{k+1}^T M_{k+1} Phi_k``. At a join
-    the modes kept lose the displacement ``l = (Phi_k - Phi_{k+1} J) y_k``. The physical join gives back its momentum
-    ``Phi_k^T M_k l/h``: ``L = J (1 - B J)/h`` with ``B = Phi_k^T M_k Phi_{k+1}``.
-    Damping goes with the rate at which links are strained. What their turning adds to it acts as impulses, each of half
-    a sub-interval on both sides of a join.
-
-    Parameters
-    ----------
-    how
-        "physical", "projected", or "modal": each mode goes on by itself (5.14), as printed.
-    modes
-        The modes.
-    zeta
-        Damping ratios, ``(positions, modes)``.
-    straining
-        Rates at which turning strains the modes, ``(positions, modes, modes)`` (1/s).
-    step
-        Durations of the sub-intervals (s), ``(positions, 1)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        ``(positions, 2 modes, 2 modes)``.
-    """
+    """From the states at the end of each sub-interval to those at the start of the next."""
+    # zeta (positions, modes); straining (positions, modes, modes) (1/s); step (positions, 1) (s)
+    # These are y_{k+1} = J y_k and y'_{k+1} = J y'_k + L y_k with J = Phi_{k+1}^T M_{k+1} Phi_k. At a join the modes
+    # kept lose the displacement l = (Phi_k - Phi_{k+1} J) y_k. The physical join gives back its momentum Phi_k^T M_k
+    # l/h: L = J (1 - B J)/h with B = Phi_k^T M_k Phi_{k+1}. Damping goes with the rate at which links are strained.
+    # What their turning adds to it acts as impulses, each of half a sub-interval on both sides of a join.
     omega, count = modes.omega, modes.omega.shape[1]
     J, L = modes.ahead, np.zeros_like(modes.ahead)
     if how == "modal":
@@ -91,27 +68,10 @@ def joins(how: str, modes: Modes, zeta: Array, straining: Array, step: Array) ->
 
 
 def refuse_ringing(omega: Array, period: float, count: int, share: Array) -> None:
-    """Raise where modes ring that swing more than once in two sub-intervals.
-
-    The coefficients jump at the joins. A mode that swings a whole number of times in a sub-interval meets each jump in
-    the same phase.
-
-    Parameters
-    ----------
-    omega
-        Frequencies (rad/s), ``(positions, modes)``.
-    period
-        Duration of a cycle (s).
-    count
-        Sub-intervals of a cycle.
-    share
-        Amplitude of each mode's free vibration over the whole amplitude, ``(modes,)``.
-
-    Raises
-    ------
-    UnresolvedError
-        When one of them vibrates by more than a fiftieth.
-    """
+    """Raise where modes ring that swing more than once in two sub-intervals."""
+    # omega (positions, modes) (rad/s); period (s); share (modes,)
+    # The coefficients jump at the joins. A mode that swings a whole number of times in a sub-interval meets each jump
+    # in the same phase.
     fastest = omega.max(axis=0) / (2 * np.pi)
     fast = 2 * fastest * period > count
     if (rings := fast & (share > RINGING)).any():
@@ -140,18 +100,10 @@ def whole(matrices: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Closed:
-    """All sub-intervals with the last joined to the first: (5.14) and (5.15), as the system (5.16).
+    """All sub-intervals with the last joined to the first: (5.14) and (5.15), as the system (5.16)."""
 
-    Parameters
-    ----------
-    transitions
-        From the start of each to the start of the next, ``(positions, n, n)``.
-    options
-        PETSc options with the prefix "periodic_".
-    """
-
-    transitions: Array
-    options: Mapping[str, Any]
+    transitions: Array  # from the start of each to the start of the next, (positions, n, n)
+    options: Mapping[str, Any]  # PETSc options with the prefix "periodic_"
 
     @cached_property
     def _ksp(self) -> PETSc.KSP:
@@ -168,18 +120,8 @@ class Closed:
         return ksp
 
     def solve(self, right: Array) -> Array:
-        """Give the states at the starts, ``(positions, n)``.
-
-        Parameters
-        ----------
-        right
-            What loads add to the states from each start to the next, ``(positions, n)``.
-
-        Raises
-        ------
-        SolverError
-            When the KSP does not converge, or rounding spoils its answer, as at an undamped resonance.
-        """
+        """Give the states at the starts, ``(positions, n)``."""
+        # right (positions, n)
         loads, ksp = np.roll(right, 1, axis=0), self._ksp
         b, x = ksp.getOperators()[0].createVecs()
         with configured(ksp, "periodic_", DIRECT, self.options, keep=True):
@@ -205,15 +147,8 @@ class Closed:
 
 
 def marched(join: Array, half: Array, to_end: Array, to_middle: Array) -> Array:
-    """States at the middles from rest in the middle of the first sub-interval on, ``(positions, n)``.
-
-    Parameters
-    ----------
-    join, half
-        From each end to the next start, and over half a sub-interval, ``(positions, n, n)``.
-    to_end, to_middle
-        States by the load, from rest at the middle to the end and from rest at the start to the middle.
-    """
+    """States at the middles from rest in the middle of the first sub-interval on, ``(positions, n)``."""
+    # join, half (positions, n, n) each
     states = np.zeros_like(to_end)
     for k in range(len(states) - 1):
         start = join[k] @ (half[k] @ states[k] + to_end[k])

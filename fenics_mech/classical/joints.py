@@ -35,18 +35,12 @@ def own_coordinates(scene: Scene) -> list[str]:
 
 @dataclass
 class JointRows:
-    """Rows of all joints at some poses, gathered joint by joint.
+    """Rows of all joints at some poses, gathered joint by joint."""
 
-    Parameters
-    ----------
-    scene, mesh
-        The scene and its mesh. Unknowns are three of every node, in link axes, and the joints' own coordinates.
-    pose
-        Place X, Y (m) and angle (rad) of every link's frame, ``(positions, links, 3)``. Complex ones give derivatives.
-    """
-
+    # The scene and its mesh. Unknowns are three of every node, in link axes, and the joints' own coordinates.
     scene: Scene
     mesh: BeamMesh
+    # Place X, Y (m) and angle (rad) of every link's frame, (positions, links, 3). Complex ones give derivatives.
     pose: Array
     parts: list[list[tuple[Index, Array]]] = field(default_factory=list)
 

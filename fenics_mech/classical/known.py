@@ -11,14 +11,8 @@ from fenics_mech.scene.applied_loads import Load
 KNOWN = {"damping", "gravity", "loads", "vibration"}  # effects that the method has
 
 
-def lacking(scene: Scene) -> str | None:
-    """Name what a scene states that (5.1) with modal damping does not know; None where it knows all.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+def unknown_part(scene: Scene) -> str | None:
+    """Name what a scene states that (5.1) with modal damping does not know; None where it knows all."""
     damping, analysis = scene.damping, scene.analysis
     there = {
         "effects": {effect.name for effect in active(scene)} - KNOWN - {"springs", "dampers", "impulses", "motor"},
@@ -41,16 +35,9 @@ def lacking(scene: Scene) -> str | None:
 
 
 def has_modes(scene: Scene) -> bool:
-    """Say whether a scene goes by sub-intervals: where it asks for them, or the program chooses.
-
-    The program chooses them for the periodic motion of (5.1), where the method knows all that the scene states.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Say whether a scene goes by sub-intervals: where it asks for them, or the program chooses."""
+    # The program chooses them for the periodic motion of (5.1), where the method knows all that the scene states.
     asked, method = scene.analysis.solver, scene.analysis.method
     if asked == "sub-intervals":
         return method in ("periodic", "transient")
-    return asked == "auto" and method == "periodic" and scene.effects != "auto" and lacking(scene) is None
+    return asked == "auto" and method == "periodic" and scene.effects != "auto" and unknown_part(scene) is None

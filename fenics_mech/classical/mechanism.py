@@ -7,16 +7,16 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import SuperLU, splu
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import PETSc, to_petsc
-from fenics_mech._sparse.pattern import Pattern
-from fenics_mech._sparse.stack import Stack
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.classical.bodies import Bodies
 from fenics_mech.classical.joints import JointRows, own_coordinates, turns
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion as LinkMotion
+from fenics_mech.machine import Pattern
 from fenics_mech.machine.from_scene import SceneMachine
 
 IMAGINARY = 1e-30  # step of derivatives by complex numbers, which lose no digits
@@ -26,49 +26,22 @@ PIVOT = 1e-6  # of a column of the joints' rows: what is left of it at its worst
 
 @dataclass(frozen=True)
 class Transformation:
-    """P(theta): nodal dofs in link axes by the coordinates q.
+    """P(theta): nodal dofs in link axes by the coordinates q."""
 
-    These are nodal dofs in link axes, displacements X, Y of pins in the fixed frame, and slides in guides: what is left
-    when the joints' rows are solved for as many unknowns.
+    # These are nodal dofs in link axes, displacements X, Y of pins in the fixed frame, and slides in guides: what is
+    # left when the joints' rows are solved for as many unknowns.
 
-    Parameters
-    ----------
-    made
-        The machine of a scene; its chart is the rigid motion.
-    t
-        Instants of the positions (s).
-    dependent, independent
-        Unknowns of the joints that are solved for, and the others.
-    block, rate
-        The first by the second (4.41), and its derivative by time, ``(positions, dependent, independent)``.
-    motion
-        The rigid motion of the links.
-    """
-
-    made: SceneMachine
-    t: Array
-    dependent: Index
+    made: SceneMachine  # the machine of a scene; its chart is the rigid motion
+    t: Array  # instants of the positions (s)
+    dependent: Index  # unknowns of the joints that are solved for, and the others
     independent: Index
-    block: Array
+    block: Array  # the first by the second (4.41), and its derivative by time, (positions, dependent, independent)
     rate: Array
-    motion: LinkMotion
+    motion: LinkMotion  # the rigid motion of the links
 
     @classmethod
     def of(cls, made: SceneMachine, t: Array, like: Transformation | None = None) -> Transformation:
-        """Solve the rows of the joints.
-
-        Parameters
-        ----------
-        made, t
-            As of the class.
-        like
-            One with the same coordinates; None to choose them.
-
-        Raises
-        ------
-        AssemblyError
-            When joints hold the links more than once, or do so at some position.
-        """
+        """Solve the rows of the joints."""
         chart = made.machine.chart
         assert isinstance(chart, Bodies)
         links, scene, mesh = chart.links(t), made.scene, _mesh(made)
@@ -220,30 +193,44 @@ def _chosen(mesh: BeamMesh, columns: Index, rows: Array) -> Index:
 
 
 @dataclass(frozen=True)
+class Stack:
+    """Symmetric matrices of one pattern, one at each position."""
+
+    pattern: Pattern
+    values: Array  # (positions, entries)
+
+    def __getitem__(self, positions: slice) -> Stack:
+        """Give the matrices at some of the positions."""
+        return Stack(self.pattern, self.values[positions])
+
+    def at(self, position: int) -> sp.csr_matrix:
+        """Give the matrix at one position."""
+        return self.pattern.matrix(self.values[position])
+
+    def times(self, vectors: Array) -> Array:
+        """Give the products with vectors, ``(positions, ..., size)``."""
+        return np.array([(self.at(k) @ of_one.T).T for k, of_one in enumerate(vectors)])
+
+    def solve(self, right: Array) -> Array:
+        """Solve for right-hand sides ``(positions, size)``."""
+        return np.array([_factors(self.at(k)).solve(of_one) for k, of_one in enumerate(right)])
+
+
+def _factors(matrix: sp.csr_matrix) -> SuperLU:
+    return splu(matrix.tocsc(), "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
+
+
+@dataclass(frozen=True)
 class Mechanism:
-    """The mechanism at some positions.
+    """The mechanism at some positions."""
 
-    Parameters
-    ----------
-    P
-        What joins its links.
-    mass, stiffness
-        M (4.47) and K (4.48) at all positions.
-    """
-
-    P: Transformation
-    mass: Stack
+    P: Transformation  # what joins its links
+    mass: Stack  # M (4.47) and K (4.48) at all positions
     stiffness: Stack
 
     @classmethod
     def of(cls, P: Transformation) -> Mechanism:
-        """Give M and K by PETSc's ``P^T A P`` of the links' matrices m and k at every position.
-
-        Parameters
-        ----------
-        P
-            What joins the links.
-        """
+        """Give M and K by PETSc's ``P^T A P`` of the links' matrices m and k at every position."""
         links = P.made.links
         assert links is not None
         return cls(P, *(_joined(P, matrix) for matrix in (links.mass, links.stiffness)))
@@ -252,16 +239,14 @@ class Mechanism:
         """Give it at some of the positions."""
         return Mechanism(self.P.part(which), self.mass[which], self.stiffness[which])
 
+    def slower(self, k: int, omega: float) -> int:
+        """Count the modes at a position below a frequency (rad/s), by negative pivots: Sylvester's law of inertia."""
+        return int((_factors(self.stiffness.at(k) - omega**2 * self.mass.at(k)).U.diagonal() < 0).sum())
+
     def strain_by_turning(self, shapes: Array, displacements: Array) -> Array:
-        """Give the work of the stress of shapes on the strain rates by turning, ``(positions, shapes, displacements)``.
-
-        That is ``shapes^T P^T k P' displacements``.
-
-        Parameters
-        ----------
-        shapes, displacements
-            Coordinates, ``(positions, ..., coordinates)``.
-        """
+        """Give the work of stress in shapes on strain rates of turning ``(positions, shapes, displacements)``."""
+        # shapes, displacements (positions, ..., coordinates)
+        # That is shapes^T P^T k P' displacements.
         links = self.P.made.links
         assert links is not None
         stress = self.P.to_nodes(shapes)
@@ -284,12 +269,8 @@ def _joined(P: Transformation, matrix: sp.csr_matrix) -> Stack:
         joined.assemble()
         found = given.ptap(joined, result=found)
         values.append(found.getValuesCSR()[2])
-    size = len(P.kept)
     assert found is not None
-    indptr, indices = (part.astype(np.int64) for part in found.getValuesCSR()[:2])
-    made = Pattern.of(size, np.repeat(np.arange(size), np.diff(indptr)), indices)
-    entries = np.zeros((len(values), len(made.rows)))
-    entries[:, made.places(np.repeat(np.arange(size), np.diff(indptr)), indices)] = values
+    pattern_found = Pattern(len(P.kept), *(part.copy() for part in found.getValuesCSR()[:2]))
     for thing in (given, joined, found):
         thing.destroy()  # Python by itself does not
-    return Stack(made, entries)
+    return Stack(pattern_found, np.array(values))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -20,21 +21,11 @@ EQUAL = 1e-6  # relative distance of squares of frequencies that count as one: a
 
 @dataclass(frozen=True)
 class Modes:
-    """Natural modes. Mode number i is the i-th slowest at the first position.
+    """Natural modes. Mode number i is the i-th slowest at the first position."""
 
-    Parameters
-    ----------
-    omega
-        Natural frequencies (rad/s), ``(positions, modes)``.
-    shapes
-        Shapes, orthonormal in M (E.7), ``(positions, modes, coordinates)``.
-    momenta
-        M times the shapes, ``(positions, modes, coordinates)``.
-    """
-
-    omega: Array
-    shapes: Array
-    momenta: Array
+    omega: Array  # natural frequencies (rad/s), (positions, modes)
+    shapes: Array  # shapes, orthonormal in M (E.7), (positions, modes, coordinates)
+    momenta: Array  # M times the shapes, (positions, modes, coordinates)
 
     def part(self, which: slice, those: Index | slice = slice(None)) -> Modes:
         """Give some of the modes at some of the positions."""
@@ -72,23 +63,8 @@ class Modes:
 
 
 def slowest(mechanism: Mechanism, count: int, options: Mapping[str, Any]) -> Modes:
-    """Find the slowest modes at all positions, and follow them.
-
-    Parameters
-    ----------
-    mechanism
-        The mechanism.
-    count
-        Number of modes.
-    options
-        PETSc options with the prefix "modes_".
-
-    Raises
-    ------
-    SolverError
-        When fewer modes are found.
-    """
-    size = mechanism.stiffness.size
+    """Find the slowest modes at all positions, and follow them."""
+    size = len(mechanism.P.kept)
     few = 2 * count + SPARE < size
     omega, shapes = _found(
         mechanism, count, (SLOWEST_MODES | {"eps_ncv": 2 * count + SPARE}) if few else WHOLE_SPECTRUM, options
@@ -104,7 +80,7 @@ def _found(
     mechanism: Mechanism, count: int, defaults: Mapping[str, Any], options: Mapping[str, Any]
 ) -> tuple[Array, Array]:
     """Frequencies and shapes of the slowest modes, by one solver for all positions."""
-    positions, size = len(mechanism.P.t), mechanism.stiffness.size
+    positions, size = len(mechanism.P.t), len(mechanism.P.kept)
     omega, shapes = np.empty((positions, count)), np.empty((positions, count, size))
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
     eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
@@ -142,20 +118,13 @@ def _misses_one(mechanism: Mechanism, omega: Array) -> bool:
     close[0] = True
     for k in np.flatnonzero(close):
         bound = float(squares[k, -1]) * (1 - EQUAL)
-        pivots = (mechanism.stiffness[k : k + 1] + mechanism.mass[k : k + 1] * -bound).factors.pivots
-        if (pivots < 0).sum() > (squares[k] < bound).sum():
+        if mechanism.slower(k, math.sqrt(bound)) > (squares[k] < bound).sum():
             return True
     return False
 
 
 def followed(omega: Array, shapes: Array, momenta: Array) -> Modes:
-    """Put modes into an order that follows their shapes, with signs that do not jump.
-
-    Parameters
-    ----------
-    omega, shapes, momenta
-        As of `Modes`, sorted by frequency at each position.
-    """
+    """Put modes into an order that follows their shapes, with signs that do not jump."""
     alike = momenta[1:] @ shapes[:-1].transpose(0, 2, 1)  # (steps, modes, modes of the position before)
     count, modes = omega.shape
     order, sign = np.tile(np.arange(modes), (count, 1)), np.ones((count, modes))

@@ -33,72 +33,34 @@ class CyclicSystem(Protocol):
     """A system that closes a cycle."""
 
     def solve(self, right: Array) -> Array:
-        """Solve for the states at the starts of all steps.
-
-        Parameters
-        ----------
-        right
-            What is added to the state in each step, ``(steps, state)``.
-        """
+        """Solve for the states at the starts of all steps."""
+        # right (steps, state)
 
     def roughly(self, right: Array) -> Array:
-        """Solve for them to few digits.
-
-        Parameters
-        ----------
-        right
-            As of `solve`.
-        """
+        """Solve for them to few digits."""
 
     def terms(self, states: Array) -> Array:
-        """Give the size of what adds up to the states at the ends of the steps, from those at their starts.
-
-        Parameters
-        ----------
-        states
-            The states at their starts, ``(steps, state)``.
-        """
+        """Give the size of what adds up to the states at the ends of the steps, from those at their starts."""
+        # states (steps, state)
 
 
-def magnification(cycle: CyclicSystem, states: Array, unit: Array | float = 1.0) -> float:
-    """How many times a relative error of each step comes out in the states of a cycle, by estimate.
-
-    The load is an error of each number, in proportion to what adds up to it, with signs by chance. Source: Skeel,
-    J. ACM 26 (1979) 494.
-
-    Parameters
-    ----------
-    cycle
-        The system of the cycle.
-    states
-        The answer at the starts of the steps, ``(steps, state)``.
-    unit
-        What states are multiplied by for their numbers to be alike, ``(state,)``.
-
-    Returns
-    -------
-    float
-        A condition number; infinity where the system cannot be solved for such a load.
-    """
-    if not (size := np.abs(states * unit).max()):
+def magnification(cycle: CyclicSystem, states: Array) -> float:
+    """How many times a relative error of each step comes out in the states of a cycle, by estimate."""
+    # The load is an error of each number, in proportion to what adds up to it, with signs by chance. Source: Skeel,
+    # J. ACM 26 (1979) 494.
+    if not (size := np.abs(states).max()):
         return 0.0
     signs = np.random.default_rng(0).choice([-1.0, 1.0], states.shape)
     try:
         answer = cycle.roughly(signs * cycle.terms(states) / size)
     except SolverError:
         return np.inf
-    return float(np.abs(answer * unit).max())
+    return float(np.abs(answer).max())
 
 
 @contextmanager
 def blaming(blame: Callable[[], tuple[float, str]]) -> Iterator[None]:
-    """Add to a `SolverError` which mode is at resonance, where one is.
-
-    Parameters
-    ----------
-    blame
-        As of `refuse_magnified`.
-    """
+    """Add to a `SolverError` which mode is at resonance, where one is."""
     try:
         yield
     except SolverError:
@@ -107,29 +69,13 @@ def blaming(blame: Callable[[], tuple[float, str]]) -> Iterator[None]:
 
 
 def refuse_resonance(distance: float, words: str) -> None:
-    """Raise `SolverError` where a multiplier is so near to 1 that there is no periodic motion.
-
-    Parameters
-    ----------
-    distance
-        Distance of the multiplier from 1.
-    words
-        The mode and harmonic that it is of, in words.
-    """
+    """Raise `SolverError` where a multiplier is so near to 1 that there is no periodic motion."""
     if distance < SINGULARITY.near:
         raise SolverError(f"there is no periodic motion: {words}. Give a damping ratio, or another speed")
 
 
 def refuse_magnified(condition: float, blame: Callable[[], tuple[float, str]]) -> None:
-    """Raise `SolverError` where rounding would show in the motion, as a multiplier is next to 1.
-
-    Parameters
-    ----------
-    condition
-        From `magnification`.
-    blame
-        Gives the distance of the multiplier next to 1, and the mode and harmonic that it is of, in words.
-    """
+    """Raise `SolverError` where rounding would show in the motion, as a multiplier is next to 1."""
     if condition < SINGULARITY.largest:
         return
     distance, words = blame()
@@ -141,22 +87,8 @@ def refuse_magnified(condition: float, blame: Callable[[], tuple[float, str]]) -
 
 
 def of_modes(transitions: Array, frequency: Array, period: float) -> tuple[float, str]:
-    """Find which mode is next to resonance, from the transitions of modal states, all displacements first.
-
-    Parameters
-    ----------
-    transitions
-        Of all steps of a cycle, ``(steps, 2 modes, 2 modes)``.
-    frequency
-        Of the modes (Hz), ``(modes,)``.
-    period
-        Duration of the cycle (s).
-
-    Returns
-    -------
-    tuple
-        Distance of its multiplier from 1, and words for it.
-    """
+    """Find which mode is next to resonance, from the transitions of modal states, all displacements first."""
+    # transitions (steps, 2 modes, 2 modes); frequency (modes,) (Hz); period (s)
     whole = transitions[0]
     for transition in transitions[1:]:
         whole = transition @ whole
@@ -168,19 +100,8 @@ def of_modes(transitions: Array, frequency: Array, period: float) -> tuple[float
 
 
 def blamed(mode: int, frequency: float, period: float, distance: float) -> str:
-    """Say that a mode is at resonance.
-
-    Parameters
-    ----------
-    mode
-        Its number, from 0.
-    frequency
-        Its natural frequency (Hz).
-    period
-        Duration of the cycle (s).
-    distance
-        Of its multiplier from 1.
-    """
+    """Say that a mode is at resonance."""
+    # frequency (Hz); period (s)
     return (
         f"mode {mode + 1} ({frequency:.6g} Hz), hardly damped, is at resonance with harmonic "
         f"{round(frequency * period)} of the drive ({1 / period:.6g} Hz): its multiplier is {distance:.1e} from 1"

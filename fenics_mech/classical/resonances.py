@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.accuracy.frequencies import FREQUENCY, highest_felt
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.classical.mechanism import Mechanism
 from fenics_mech.classical.modes import Modes, slowest
 from fenics_mech.classical.response import SubIntervals, ratios_of
+from fenics_mech.estimate.frequencies import FREQUENCY, highest_felt
 
 Mask = NDArray[np.bool_]
 
@@ -40,27 +40,13 @@ RESONANCES = ResonanceLimits()
 
 @dataclass(frozen=True)
 class Resonances:
-    """Modes and the harmonics of their loads that may meet them.
+    """Modes and the harmonics of their loads that may meet them."""
 
-    Parameters
-    ----------
-    modes
-        Elastic modes at equal steps of time.
-    rate
-        Circular frequency of the cycle (rad/s).
-    load
-        Load on the coordinates, ``(angles, coordinates)``: where modes cross, modal loads may have corners.
-    loss
-        Loss factors, twice the damping ratios, ``(modes,)``.
-    off
-        By which share about the mesh has the natural frequencies wrong, ``(modes,)``; see `frequency_error`.
-    """
-
-    modes: Modes
-    rate: float
-    load: Array
-    loss: Array
-    off: Array
+    modes: Modes  # elastic modes at equal steps of time
+    rate: float  # circular frequency of the cycle (rad/s)
+    load: Array  # load on the coordinates, (angles, coordinates): where modes cross, modal loads may have corners
+    loss: Array  # loss factors, twice the damping ratios, (modes,)
+    off: Array  # by which share about the mesh has the natural frequencies wrong, (modes,); see `frequency_error`
 
     @cached_property
     def harmonics(self) -> Array:
@@ -74,10 +60,8 @@ class Resonances:
 
     @cached_property
     def met(self) -> Mask:
-        """Which harmonics a mode of the linkage may meet by its mean frequency, ``(harmonics, modes)``.
-
-        Between modes that a mesh is too coarse for, and beyond the last of them, the linkage has others.
-        """
+        """Which harmonics a mode of the linkage may meet by its mean frequency, ``(harmonics, modes)``."""
+        # Between modes that a mesh is too coarse for, and beyond the last of them, the linkage has others.
         omega, beside = self.modes.omega.mean(axis=0), RESONANCES.near + RESONANCES.mesh_safety * self.off
         least, most = (1 - beside) * omega, (1 + beside) * omega
         most = np.where(self.off > RESONANCES.coarse, np.maximum(most, np.append(least[1:], np.inf)), most)
@@ -94,16 +78,10 @@ class Resonances:
         return self.met & (self.off > RESONANCES.coarse)
 
     def vibration(self, missed: Mask) -> tuple[Array, Array]:
-        """Give modal coordinates and their rates, ``(angles, modes)`` each, of the largest missed vibration.
-
-        It is the static answer to the load over the width of the resonance, of the harmonic with the largest one. Where
-        a frequency varies slowly, harmonics are those over the phase of the mode's own vibration (WKB).
-
-        Parameters
-        ----------
-        missed
-            Which harmonics meet which mode unseen, ``(harmonics, modes)``.
-        """
+        """Give modal coordinates and their rates, ``(angles, modes)`` each, of the largest missed vibration."""
+        # missed (harmonics, modes)
+        # It is the static answer to the load over the width of the resonance, of the harmonic with the largest one.
+        # Where a frequency varies slowly, harmonics are those over the phase of the mode's own vibration (WKB).
         modes, count = self.modes, len(self.load)
         y, y_rate = np.zeros((2, *modes.omega.shape))
         for m in np.flatnonzero(missed.any(axis=0)):
@@ -145,13 +123,7 @@ class Vibration:
 
 
 def missed_vibrations(by: SubIntervals) -> tuple[Vibration, Vibration]:
-    """Give the largest vibrations that the mesh may miss: of the modes kept, and of those left out.
-
-    Parameters
-    ----------
-    by
-        Sub-intervals of a cycle.
-    """
+    """Give the largest vibrations that the mesh may miss: of the modes kept, and of those left out."""
     scene, kept, mechanism = by.scene, by.modes.omega.shape[1], by.mechanism
     rate, modes, size = 2 * np.pi / scene.period, by.modes, len(by.mechanism.P.kept)
     static = mechanism.stiffness.solve(by.load)
@@ -173,18 +145,14 @@ def missed_vibrations(by: SubIntervals) -> tuple[Vibration, Vibration]:
 
 def slower_than(mechanism: Mechanism, omega: float) -> int:
     """Count the modes that are slower somewhere than an angular frequency (rad/s), by Sylvester's law of inertia."""
-    pivots = (mechanism.stiffness + mechanism.mass * -float(omega**2)).factors.pivots
-    return int((pivots < 0).sum(axis=1).max())
+    return max(mechanism.slower(k, omega) for k in range(len(mechanism.P.t)))
 
 
 def frequency_error(mechanism: Mechanism, modes: Modes) -> Array:
-    """Give the share by which elements have natural frequencies wrong, ``(modes,)``, to `FREQUENCY.largest_known`.
-
-    In bending that is ``omega^2 rho A h^4 / (1440 EI)``, along the axis ``omega^2 rho A h^2 / (24 EA)``, weighted with
-    the elements' kinetic energy.
-
-    Source: Belytschko and Mullen, On dispersive properties of finite element solutions (1978).
-    """
+    """Give the share by which elements have natural frequencies wrong, ``(modes,)``, to `FREQUENCY.largest_known`."""
+    # In bending that is omega^2 rho A h^4 / (1440 EI), along the axis omega^2 rho A h^2 / (24 EA), weighted with the
+    # elements' kinetic energy.
+    # Source: Belytschko and Mullen, On dispersive properties of finite element solutions (1978).
     P, links = mechanism.P, mechanism.P.made.links
     assert links is not None
     h, stiff = links.mesh.cell_length, links.rigidity

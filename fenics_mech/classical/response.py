@@ -10,21 +10,11 @@ import numpy as np
 from fenics_mech._arrays import Array, Index, times
 from fenics_mech._constants import TINY
 from fenics_mech._guard import require_memory
-from fenics_mech.accuracy.frequencies import highest_felt
-from fenics_mech.classical.joining import (
-    Closed,
-    flat,
-    forced,
-    free,
-    joins,
-    marched,
-    refuse_ringing,
-    steady,
-    whole,
-)
+from fenics_mech.classical.joining import Closed, flat, forced, free, joins, marched, refuse_ringing, steady, whole
 from fenics_mech.classical.mechanism import Mechanism, Transformation
 from fenics_mech.classical.modes import Modes, slowest
 from fenics_mech.classical.resonance import blaming, magnification, of_modes, refuse_magnified
+from fenics_mech.estimate.frequencies import highest_felt
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.scene import Scene
 
@@ -36,42 +26,19 @@ JOINED = 24  # matrices over the modes of a sub-interval that are held at a time
 
 @dataclass(frozen=True)
 class SubIntervals:
-    """Modes as oscillators with constant coefficients about positions, with the loads on them.
+    """Modes as oscillators with constant coefficients about positions, with the loads on them."""
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    mechanism, modes
-        The mechanism at the middles of the sub-intervals, and its modes that are kept there.
-    duration
-        Of the sub-intervals (s), ``(positions, 1)``.
-    load, slope
-        Load on the coordinates at the middles, and its rate by time, ``(positions, coordinates)``.
-    """
-
-    scene: Scene
-    mechanism: Mechanism
+    scene: Scene  # the scene
+    mechanism: Mechanism  # the mechanism at the middles of the sub-intervals, and its modes that are kept there
     modes: Modes
-    duration: Array
-    load: Array
+    duration: Array  # of the sub-intervals (s), (positions, 1)
+    load: Array  # load on the coordinates at the middles, and its rate by time, (positions, coordinates)
     slope: Array
 
     @classmethod
     def of(cls, scene: Scene, made: SceneMachine, times: Array, edges: Array, modes: int | None = None) -> SubIntervals:
-        """Build the mechanism, and find its modes.
-
-        Parameters
-        ----------
-        scene
-            The scene. It states `modes` and `load`.
-        made
-            Its machine, whose chart is the rigid motion.
-        times, edges
-            Middles of the sub-intervals, and where they begin and end, one more (s).
-        modes
-            Number of modes; None for that of the scene.
-        """
+        """Build the mechanism, and find its modes."""
+        # times, edges (s)
         P = Transformation.of(made, times)
         wanted = scene.analysis.modes if modes is None else modes
         count = len(P.kept) if wanted == "all" else min(wanted, len(P.kept))
@@ -85,10 +52,8 @@ class SubIntervals:
         return cls(scene, mechanism, slowest(mechanism, count, scene.petsc), duration, P.load, slope)
 
     def thinned(self, every: int, those: Index | slice = slice(None)) -> SubIntervals:
-        """Give sub-intervals so many times as long about some of the positions of a cycle, with some of the modes.
-
-        `every` is an odd divisor of their number, or 2.
-        """
+        """Give sub-intervals so many times as long about some of the positions of a cycle, with some of the modes."""
+        # `every` is an odd divisor of their number, or 2.
         which, count = np.arange(0, len(self.load), every), len(self.load)
         duration, load, slope = every * self.duration[which], self.load[which], self.slope[which]
         if every % 2:  # it rises by as much as those that it takes the place of
@@ -136,13 +101,7 @@ class SubIntervals:
         return of_modes(self.closed.transitions, frequency, float(self.duration.sum()))
 
     def starts(self, load: Array, slope: Array) -> Array:
-        """Give the states at their starts in a cycle under modal loads ``(positions, modes)``, flat.
-
-        Raises
-        ------
-        SolverError
-            When the cycle cannot be closed, as at an undamped resonance, with mode and harmonic.
-        """
+        """Give the states at their starts in a cycle under modal loads ``(positions, modes)``, flat."""
         omega, zeta, step = self.modes.omega, self.zeta, self.duration
         ends = flat(forced(omega, zeta, load - slope * step / 2, slope, step))
         with blaming(self.blame):
@@ -173,15 +132,7 @@ class SubIntervals:
         return Response(self, states, q, elastic, 2 * zeta * rate / omega)
 
     def cycle(self) -> Response:
-        """Give the periodic motion.
-
-        Raises
-        ------
-        SolverError
-            When the cycle cannot be closed, or rounding would show in the motion.
-        UnresolvedError
-            When modes ring at the joins.
-        """
+        """Give the periodic motion."""
         states, analysis = self.periodic(*self.loads), self.scene.analysis
         refuse_magnified(self.condition, self.blame)
         if not analysis.allow_ringing:
@@ -199,13 +150,7 @@ class SubIntervals:
         return magnification(self.closed, self.starts(*self.loads))
 
     def march(self) -> Response:
-        """Give the motion in time from rest with straight links, in the middle of the first (E.13).
-
-        Raises
-        ------
-        UnresolvedError
-            When modes swing more than once in two sub-intervals.
-        """
+        """Give the motion in time from rest with straight links, in the middle of the first (E.13)."""
         omega, zeta, half, (load, slope) = self.modes.omega, self.zeta, self.duration / 2, self.loads
         if not self.scene.analysis.allow_ringing:
             count = round(self.scene.period / self.duration[0, 0])
@@ -216,10 +161,8 @@ class SubIntervals:
 
     # ---- without an error ----
     def with_modes_left_out(self, found: Response) -> Response:
-        """Give a periodic response with the inertia of the modes left out, and what their motion does to those kept.
-
-        They answer statically to the inertia that the static answer lacks.
-        """
+        """Give a periodic response with the inertia of the modes left out, and what their motion does to those kept."""
+        # They answer statically to the inertia that the static answer lacks.
         missing, inertia = self._left_out(found)
         static = self.mechanism.stiffness.solve(missing)
         q, step = found.q + static, self.duration
@@ -241,11 +184,9 @@ class SubIntervals:
         return missing, acceleration
 
     def reach(self, found: Response) -> float:
-        """Frequency (rad/s) of the highest harmonic of the load on the modes left out that would matter on one of them.
-
-        Beside the rest, that is, measured by the square root of the elastic energy. It is 0 where it is well below all
-        of theirs: they are not slower than those kept.
-        """
+        """Frequency (rad/s) of the highest harmonic of the load on modes left out that would matter on one of them."""
+        # Beside the rest, that is, measured by the square root of the elastic energy. It is 0 where it is well below
+        # all of theirs: they are not slower than those kept.
         missing, _ = self._left_out(found)
         static, omega = self.mechanism.stiffness.solve(missing), self.modes.omega
         energy = np.sum(omega**2 * self.modes.coordinates(found.q) ** 2, axis=1).max()
@@ -256,10 +197,8 @@ class SubIntervals:
         return highest if highest > STATIC * omega.min(axis=0).max() else 0.0
 
     def halved(self, found: Response) -> Response:
-        """Give the response at every second position by half as many sub-intervals.
-
-        Modes that half as many are too few for may ring there: they answer statically where that changes less.
-        """
+        """Give the response at every second position by half as many sub-intervals."""
+        # Modes that half as many are too few for may ring there: they answer statically where that changes less.
         every, omega = slice(0, len(self.load) - len(self.load) % 2, 2), self.modes.omega
         slow = 2 * omega.max(axis=0) / (2 * np.pi) * 2 * self.duration[0] <= 1
         y, still = found.states[every, :, 0], (self.loads[0] / omega**2)[every]
@@ -279,27 +218,14 @@ class SubIntervals:
 
 @dataclass(frozen=True)
 class Response:
-    """The response at the middles of sub-intervals.
+    """The response at the middles of sub-intervals."""
 
-    Parameters
-    ----------
-    by
-        The sub-intervals.
-    states
-        y and y' over omega of every mode, ``(positions, modes, 2)``.
-    q
-        Coordinates (m, rad), ``(positions, coordinates)``.
-    elastic
-        Their accelerations in balance with the elastic forces alone: what damps modes is balanced by its own stress.
-    viscous
-        Modal coordinates whose elastic forces are those of the damping, ``(positions, modes)``.
-    """
-
-    by: SubIntervals
-    states: Array
-    q: Array
+    by: SubIntervals  # the sub-intervals
+    states: Array  # y and y' over omega of every mode, (positions, modes, 2)
+    q: Array  # coordinates (m, rad), (positions, coordinates)
+    # their accelerations in balance with the elastic forces alone: what damps modes is balanced by its own stress
     elastic: Array
-    viscous: Array
+    viscous: Array  # modal coordinates whose elastic forces are those of the damping, (positions, modes)
 
     @property
     def damped(self) -> tuple[Array, Array]:

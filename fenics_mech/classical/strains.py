@@ -37,32 +37,15 @@ def stations(mesh: BeamMesh, s: Array) -> tuple[Index, Array]:
 
 
 def end_forces(P: Transformation, strained: Array, inertia: Array) -> Array:
-    """Give forces and moments on the ends of the elements in their members' axes, ``(positions, elements, 6)``.
-
-    Parameters
-    ----------
-    P
-        What joins the links.
-    strained
-        Displacements of the nodal dofs in link axes whose elastic forces act, ``(positions, nodal dofs)``.
-    inertia
-        Accelerations of the nodal dofs, of the rigid and the elastic motion.
-    """
+    """Give forces and moments on the ends of the elements in their members' axes, ``(positions, elements, 6)``."""
+    # strained (positions, nodal dofs)
     links = P.made.links
     assert links is not None
     return links.elastic_ends(strained) + each(links.element_mass, in_member_axes(links.mesh, inertia))
 
 
 def section_forces(P: Transformation, strained: Array, inertia: Array, s: Array) -> tuple[Array, Array, Array]:
-    """Give axial forces, shear forces (N) and moments (N m) in sections, ``(positions, members, stations)`` each.
-
-    Parameters
-    ----------
-    P, strained, inertia
-        As of `end_forces`.
-    s
-        Places along the members, 0..1.
-    """
+    """Give axial forces, shear forces (N) and moments (N m) in sections, ``(positions, members, stations)`` each."""
     links = P.made.links
     assert links is not None
     mesh, (element, xi) = links.mesh, stations(links.mesh, s)
@@ -77,15 +60,8 @@ def section_forces(P: Transformation, strained: Array, inertia: Array, s: Array)
 
 
 def deflection(P: Transformation, v: Array, inertia: Array, s: Array) -> Array:
-    """Give deflections of the members' axes in the fixed frame (m), ``(positions, members, stations, 2)``.
-
-    Parameters
-    ----------
-    P, inertia, s
-        As of `section_forces`.
-    v
-        Elastic displacements of the nodal dofs in link axes, in balance with the inertia, ``(positions, nodal dofs)``.
-    """
+    """Give deflections of the members' axes in the fixed frame (m), ``(positions, members, stations, 2)``."""
+    # v (positions, nodal dofs)
     links = P.made.links
     assert links is not None
     mesh, (element, xi) = links.mesh, stations(links.mesh, s)
@@ -94,7 +70,7 @@ def deflection(P: Transformation, v: Array, inertia: Array, s: Array) -> Array:
     moved, accelerated = (in_member_axes(mesh, part)[:, element] for part in (v, inertia))
     u, w = moved[..., AXIAL], moved[..., NORMAL] * _of_unit(h)
     along, across = accelerated[..., AXIAL], accelerated[..., NORMAL] * _of_unit(h)
-    bent = _summed(across, between_clamped_ends(CUBIC, xi, np.zeros_like(xi)))
+    bent = _summed(across, between_clamped_ends(CUBIC, xi))
     u_here = _summed(u, evaluate(LINEAR, xi)) + rho * h**2 / ea * _summed(along, between_fixed_ends(LINEAR, xi))
     w_here = _summed(w, evaluate(CUBIC, xi)) - rho * h**4 / ei * bent
     turned = turns(P.motion.angle[:, mesh.member_link] + mesh.member_angle)[:, :, None]

@@ -87,7 +87,7 @@ _COMMANDS = (
 _SHARED = {  # modules of what processes do that `--jobs` starts
     run: "fenics_mech.studies.case_runs",
     sweep: "fenics_mech.studies.sweep_points",
-    **dict.fromkeys((optimise, identify, spread), "fenics_mech.studies.design.trial_tasks"),
+    **dict.fromkeys((optimise, identify, spread), "fenics_mech.studies.design.trial"),
 }
 _QUICK = check, import_scene, schema
 _OF_RESULTS = compare, fatigue, animate, plot, report, export  # which take a result without a solver too

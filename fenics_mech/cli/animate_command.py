@@ -12,8 +12,8 @@ from fenics_mech.cli.common import (
     Refine,
     SceneFile,
     Units,
+    analysed,
     any_result,
-    refined_scene,
     refuse_in_space,
     scene_in_space,
     with_units,
@@ -47,27 +47,19 @@ def animate(
     if colour not in animation.COLOURED:
         raise MechanismError(f"--colour is {' or '.join(animation.COLOURED)}, found {colour!r}")
     make_folder(file.parent)
-    if scene.suffix == ".nc":
-        if refine:
-            raise MechanismError("a result cannot be refined: analyse its scene file with --refine")
-        result: Result | SpatialResult = any_result(scene, units)
-    else:
+    result: Result | SpatialResult
+    if scene.suffix == ".nc" and not refine:
+        result = any_result(scene, units)
+    elif scene.suffix != ".nc" and (spatial := scene_in_space(scene)) is not None:
+        refuse_in_space(refine=refine, true_width=true_width)
         with loading():
-            from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-        spatial = scene_in_space(scene)
-        with progress_bar(len(STEPS), alike=False) as step:
-            if spatial is not None:
-                refuse_in_space(refine=refine, true_width=true_width)
-                step("response")
-                result = analyse(with_units(spatial, units))
-            else:
-                loaded = refined_scene(scene, refine, strict=False, cases=True)
-                result = analyse(with_units(loaded, units), step)
+            from fenics_mech.analysis import analyse  # noqa: PLC0415
+        with progress_bar(1) as step:
+            step("response")
+            result = analyse(with_units(spatial, units))
+    else:
+        result = analysed(scene, units, strict=False, refine=refine)
     with progress_bar(frames) as step:
-
-        def tell_frame(index: int, count: int) -> None:
-            step(f"frame {index + 1} of {count}")
-
         animation.animate(
             result,
             file,
@@ -76,6 +68,6 @@ def animate(
             colour=colour,
             names=names,
             true_width=true_width,
-            progress=tell_frame,
+            progress=lambda index, count: step(f"frame {index + 1} of {count}"),
         )
     tell(f"Wrote {file}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, out, tell
-from fenics_mech.cli.common import SceneFile, Strict, Units, answer_units, loaded_scene, refuse_own_source
+from fenics_mech.cli.common import SceneFile, Strict, Units, answer_units, loaded_scene, quantity, refuse_own_source
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
@@ -31,8 +31,7 @@ def balance(
     moment: Annotated[float, typer.Option(min=0, help="Weight of the shaking moment; that of the force is 1.")] = 0.0,
     torque: Annotated[float, typer.Option(min=0, help="Weight of the torque of the drive.")] = 0.0,
     section: Annotated[
-        str | None,
-        typer.Option(help="Section of the bars that hold them.", show_default="that of the link"),
+        str | None, typer.Option(help="Section of the bars that hold them.", show_default="that of the link")
     ] = None,
     units: Units = None,
     strict: Strict = False,
@@ -55,15 +54,10 @@ def balance(
 
 def _radius(text: str) -> tuple[str, float]:
     """Read `LINK=RADIUS`."""
-    from fenics_mech.scene.units import in_unit  # noqa: PLC0415
-
     link, equals, radius = (part.strip() for part in text.partition("="))
     if not equals:
         raise MechanismError(f"cannot read --on {text!r}: write a link and a distance, such as crank='50 mm'")
-    try:
-        return link, in_unit("m")(float(radius) if radius.replace(".", "", 1).isdigit() else radius)
-    except (MechanismError, ValueError) as error:
-        raise MechanismError(f"--on {text!r}: {error}") from error
+    return link, quantity(radius, "m", f"--on {text!r}")
 
 
 def _table(found: Balanced, units: AnswerUnits) -> str:

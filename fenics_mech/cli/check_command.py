@@ -29,7 +29,7 @@ def check(
         _update(scene)
     with loading():
         from fenics_mech.effects import active  # noqa: PLC0415
-        from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
+        from fenics_mech.machine.reach import reachable_range  # noqa: PLC0415
         from fenics_mech.views.tables import scene_overview  # noqa: PLC0415
 
     if spatial is not None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar, cast
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import typer
 
-from fenics_mech._console import warn
+from fenics_mech._console import loading, progress_bar, warn
 from fenics_mech.errors import MechanismError, SceneError
 
 if TYPE_CHECKING:
@@ -35,45 +35,47 @@ Units = Annotated[
     typer.Option(help="Units of numbers and plots, such as 'in, psi, lbf, lbf in, rpm'.", show_default=False),
 ]
 Starts = Annotated[int, typer.Option(min=1, max=1000, help="Searches; all but the first start at random.")]
-TrialJobs = Annotated[
-    int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share trials.")
-]
+
+
+def jobs_of(what: str) -> Any:
+    """Give the option of how many processes share the work."""
+    said = f"Processes of this machine that share {what}."
+    return typer.Option("-j", "--jobs", min=1, max=1024, help=said)
+
+
+TrialJobs = Annotated[int, jobs_of("trials")]
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is created if missing.")]
 
 
 def loaded_result(path: Path, units: str | None = None) -> Result:
-    """Load a result file in the plane; its numbers are told in the units of its scene, or in others."""
+    """Load a result in the plane, or one of its load cases; its numbers are in the units of its scene, or in others."""
     result = any_result(path, units)
     if not hasattr(result, "cases"):
-        raise MechanismError(f"{path} is a result in space: report, plot and animate show it, other commands do not")
+        raise MechanismError(
+            f"{path} is a result in space: report, plot, animate and export take it, other commands do not"
+        )
     return cast("Result", result)
 
 
 def any_result(path: Path, units: str | None = None) -> Result | SpatialResult:
-    """Load a result file, in the plane or in space; see `loaded_result`."""
-    from fenics_mech.recovery import Result  # noqa: PLC0415  (numerical libraries take a second: not for --help)
-    from fenics_mech.recovery.spatial_result import SpatialResult  # noqa: PLC0415
+    """Load a result, in the plane or in space; see `loaded_result`."""
+    with loading():  # numerical libraries take a second: not for --help
+        from fenics_mech.recovery import Result  # noqa: PLC0415
+        from fenics_mech.recovery.spatial_result import SpatialResult  # noqa: PLC0415
+        from fenics_mech.scene.base import known  # noqa: PLC0415
 
-    refuse_scene(path)
+    if path.suffix == ".toml":
+        raise MechanismError(
+            f"{path} is a scene, and a result is expected: `fenics-mech run {path} -o out` writes out/result.nc"
+        )
     file, case = case_in(path)
     result: Result | SpatialResult = Result.load(file)
     if result.data.attrs.get("dimension") == 3:
         refuse_in_space(**{f"the load case {case}": bool(case)})
         result = SpatialResult(result.data)
-    else:
-        result = of_case(cast("Result", result), case)
+    elif case:
+        result = known(cast("Result", result).cases, case, "load case", "result")
     return result if units is None else result.told_in(unit_names(units))
-
-
-def scene_in_space(path: Path) -> SpatialScene | None:
-    """Load a scene file in space; None where it is of the plane."""
-    from fenics_mech.scene.files import load_spatial  # noqa: PLC0415
-
-    file, case = case_in(path)
-    scene = load_spatial(file)
-    if scene is not None:
-        refuse_in_space(**{f"the load case {case}": bool(case)})
-    return scene
 
 
 def refuse_in_space(**options: object) -> None:
@@ -84,6 +86,20 @@ def refuse_in_space(**options: object) -> None:
         raise MechanismError(f"{' and '.join(given)} cannot be used here, as the scene is in space{fine}")
 
 
+def analysed(path: Path, units: str | None, strict: bool, refine: int = 0) -> Result:
+    """Load a result in the plane, or analyse such a scene."""
+    if path.suffix == ".nc":
+        if refine:
+            raise MechanismError("a result cannot be refined: analyse its scene file with --refine")
+        return loaded_result(path, units)
+    with loading():
+        from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+
+    scene = with_units(refined_scene(path, refine, strict, cases=True), units)
+    with progress_bar(len(STEPS), alike=False) as step:
+        return analyse(scene, step)
+
+
 def case_in(path: Path) -> tuple[Path, str]:
     """Give a file, and the load case that its name tells before its ending: ``engine@idle.toml``; "" for none."""
     stem, at, case = path.stem.partition("@")
@@ -92,22 +108,14 @@ def case_in(path: Path) -> tuple[Path, str]:
     return path.with_stem(stem), case
 
 
-def of_case(result: Result, case: str) -> Result:
-    """Give the result of one of its load cases; itself where none is named."""
-    from fenics_mech.scene.base import check_known  # noqa: PLC0415
+def quantity(text: str, unit: str, option: str) -> float:
+    """Read a quantity with a unit, in SI; errors name the option that states it."""
+    from fenics_mech.scene.units import in_unit  # noqa: PLC0415
 
-    if case:
-        check_known(case, result.cases, "load case", "result")
-        return result.cases[case]
-    return result
-
-
-def refuse_scene(path: Path) -> None:
-    """Raise where a scene is named in place of a result."""
-    if path.suffix == ".toml":
-        raise MechanismError(
-            f"{path} is a scene, and a result is expected: `fenics-mech run {path} -o out` writes out/result.nc"
-        )
+    try:
+        return float(in_unit(unit)(text))
+    except ValueError as error:
+        raise MechanismError(f"{option}: {error}") from error
 
 
 def unit_names(units: str) -> list[str]:
@@ -158,12 +166,23 @@ def scene_of_file(path: Path) -> Scene:
     return in_case(load_planar(file), case) if case else load_planar(file)
 
 
+def scene_in_space(path: Path) -> SpatialScene | None:
+    """Load a scene file in space; None where it is of the plane."""
+    from fenics_mech.scene.files import load_in_space  # noqa: PLC0415
+
+    file, case = case_in(path)
+    scene = load_in_space(file)
+    if scene is not None:
+        refuse_in_space(**{f"the load case {case}": bool(case)})
+    return scene
+
+
 def loaded_scene(path: Path, strict: bool, cases: bool = False) -> Scene:
     """Load a scene file, and warn of implausible numbers and unchosen assemblies; with `strict` they are errors.
 
     Commands that do not answer load cases, which `cases` says, warn that these are left out.
     """
-    from fenics_mech.kinematics import assembly_notices  # noqa: PLC0415
+    from fenics_mech.machine.start_notices import assembly_notices  # noqa: PLC0415
     from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
 
     scene = scene_of_file(path)

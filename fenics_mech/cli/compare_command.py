@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, out, progress_bar, tell, tell_written
-from fenics_mech.cli.common import OutFolder, Units, case_in, loaded_scene, of_case, with_units
+from fenics_mech.cli.common import OutFolder, Units, loaded_result, loaded_scene, with_units
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
     from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene
-    from fenics_mech.studies.compared_curves import Curves, Quantity
+    from fenics_mech.studies.compare import Curves, Quantity
 
 PEAK, MID_SPAN = "peak", "mid-span"
 
@@ -49,14 +49,13 @@ def compare(
     """
     with loading():
         from fenics_mech.analysis import analyse  # noqa: PLC0415
-        from fenics_mech.recovery import Result  # noqa: PLC0415
-        from fenics_mech.studies.compare import compare as compared  # noqa: PLC0415
-        from fenics_mech.studies.compared_curves import (  # noqa: PLC0415
+        from fenics_mech.studies.compare import (  # noqa: PLC0415
             Quantity,
             by_theories,
             curves_of_result,
             with_vibration,
         )
+        from fenics_mech.studies.compare import compare as compared  # noqa: PLC0415
         from fenics_mech.views.comparison import comparison_table, plot_comparison, write_comparison  # noqa: PLC0415
         from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
@@ -67,8 +66,7 @@ def compare(
     with progress_bar(3 * sum(path.suffix == ".toml" for path in files) or 1) as step:
         for path in files:
             if path.suffix == ".nc":
-                file, case = case_in(path)
-                result = of_case(Result.load(file), case)
+                result = loaded_result(path)
                 scenes.append(result.scene)
                 with reading_of_a_file():
                     sources.append(curves_of_result(result, _with_case(_label(path, files), result), place))
@@ -152,7 +150,7 @@ def _measured(files: list[Path], scenes: list[Scene], gauge: Quantity | None) ->
     Those of the scenes whose member the reference lacks are left out, with a line for each that says so.
     """
     from fenics_mech.recovery.measured import read_measurement  # noqa: PLC0415
-    from fenics_mech.studies.compared_curves import Quantity, curves_of_measurement  # noqa: PLC0415
+    from fenics_mech.studies.compare import Quantity, curves_of_measurement  # noqa: PLC0415
 
     stated = {
         measurement.file.resolve(): Quantity("strain", measurement.member, measurement.s, measurement.fibre)

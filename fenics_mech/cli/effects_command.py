@@ -16,8 +16,7 @@ def effects(
     compare: Annotated[bool, typer.Option("--compare", help="Also run it with effects added one at a time.")] = False,
     folder: OutFolder = Path("out"),
     tolerance: Annotated[
-        list[str] | None,
-        typer.Option("--tol", help="Largest error, such as 1e-3 or deflection=1%."),
+        list[str] | None, typer.Option("--tol", help="Largest error, such as 1e-3 or deflection=1%.")
     ] = None,
     units: Units = None,
     strict: Strict = False,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, progress_bar, tell
-from fenics_mech.cli.common import Units, case_in, of_case, scene_of_file, unit_names
+from fenics_mech.cli.common import Units, loaded_result, quantity, scene_of_file, unit_names
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
@@ -43,18 +43,17 @@ def export(
     units: Units = None,
 ) -> None:
     """Write results for spreadsheets, ParaView or MATLAB, outlines, matrices, and scenes for Exudyn or MBDyn."""
-    with loading():
-        from fenics_mech.recovery import Result  # noqa: PLC0415
-
     files = files or []
     _refuse_unfit(source, files, matrices)
-    names, radians = [] if units is None else unit_names(units), None if angle is None else _radians(angle)
+    names, radians = (
+        [] if units is None else unit_names(units),
+        None if angle is None else quantity(angle, "rad", "--angle"),
+    )
     if names and (in_si := [path for path in (*files, *filter(None, [matrices])) if path.suffix not in IN_UNITS]):
         raise MechanismError(f"{in_si[0]}: --units is for tables (.csv, .xlsx); files for other programs are in SI")
     if angle is not None and not any(path.suffix == ".dxf" for path in files):
         raise MechanismError("--angle is for the outlines of the links: name a .dxf to write")
-    file, case = case_in(source)
-    result = None if source.suffix == ".toml" else of_case(Result.load(file), case)
+    result = None if source.suffix == ".toml" else loaded_result(source)
     scene = scene_of_file(source) if result is None else result.scene
     for path in files:
         make_folder(path.parent)
@@ -141,13 +140,3 @@ def _write_model(scene: Scene, path: Path, angle: float | None) -> None:
 
     text = mbdyn_input(scene) if path.suffix == ".mbd" else exudyn_script(scene)
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
-
-
-def _radians(angle: str) -> float:
-    """Read an angle with its unit (rad)."""
-    from fenics_mech.scene.units import in_unit  # noqa: PLC0415
-
-    try:
-        return float(in_unit("rad")(angle))
-    except ValueError as error:
-        raise MechanismError(f"--angle: {error}") from error

@@ -44,8 +44,7 @@ def identify(
     with loading():
         from fenics_mech.studies.design.identify import identify as search  # noqa: PLC0415
         from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
-        from fenics_mech.views.identify_plots import plot_identified  # noqa: PLC0415
-        from fenics_mech.views.identify_summary import identify_summary  # noqa: PLC0415
+        from fenics_mech.views.identify_views import identify_summary, plot_identified  # noqa: PLC0415
 
     first, loaded = one_voice(), with_units(loaded_scene(scene, strict, cases=True), units)
     with study_of(scene), progress_bar(EXPECTED * starts, alike=False) as step:

@@ -17,7 +17,7 @@ def mesh(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) 
         from fenics_mech.beams.export import FORMATS, plane_mesh, write_mesh  # noqa: PLC0415
         from fenics_mech.beams.mesh import mesh_scene  # noqa: PLC0415
         from fenics_mech.effects import active, loads_at_nodes  # noqa: PLC0415
-        from fenics_mech.kinematics import solve_motion  # noqa: PLC0415
+        from fenics_mech.machine.linkage import solve_motion  # noqa: PLC0415
         from fenics_mech.scene import refined  # noqa: PLC0415
         from fenics_mech.scene.files import load_planar  # noqa: PLC0415
 

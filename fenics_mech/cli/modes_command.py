@@ -49,8 +49,13 @@ def modes(
         from fenics_mech.scene.answer_units import named_units  # noqa: PLC0415
         from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
         from fenics_mech.views.figures import figure_in, new_axes, save  # noqa: PLC0415
-        from fenics_mech.views.frequency_plot import draw_frequencies  # noqa: PLC0415
-        from fenics_mech.views.frequency_table import TOLD, changes, frequency_table, write_frequencies  # noqa: PLC0415
+        from fenics_mech.views.frequency_views import (  # noqa: PLC0415
+            TOLD,
+            changes,
+            draw_frequencies,
+            frequency_table,
+            write_frequencies,
+        )
 
     spatial = scene_in_space(scene)
     if spatial is not None:
@@ -82,7 +87,7 @@ def modes(
         tell(f"Warning: {warning}.")
     tell_written(written, folder)
     if draw is not None:
-        from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes  # noqa: PLC0415
+        from fenics_mech.views.model_plots import animate_modes, plot_mode_shapes  # noqa: PLC0415
 
         make_folder(draw.parent)
         if draw.suffix.lower() == ".gif":
@@ -96,7 +101,7 @@ def _modes_in_space(scene: SpatialScene, folder: Path) -> None:
     """Print and draw the frequencies of a linkage in space by position, held by its drives, at rest."""
     with loading():
         from fenics_mech.analysis import analyse  # noqa: PLC0415
-        from fenics_mech.views.frequency_table import write_frequencies  # noqa: PLC0415
+        from fenics_mech.views.frequency_views import write_frequencies  # noqa: PLC0415
         from fenics_mech.views.space.plots import spatial_plots  # noqa: PLC0415
         from fenics_mech.views.space.summary import frequency_table  # noqa: PLC0415
 

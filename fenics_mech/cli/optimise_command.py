@@ -51,8 +51,12 @@ def optimise(
         from fenics_mech.studies.design.optimise import optimise as search  # noqa: PLC0415
         from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
         from fenics_mech.views.judgements import warnings_of  # noqa: PLC0415
-        from fenics_mech.views.study_plots import plot_study  # noqa: PLC0415
-        from fenics_mech.views.study_summary import best_so_far, missed, study_summary  # noqa: PLC0415
+        from fenics_mech.views.study_views import (  # noqa: PLC0415
+            best_so_far,
+            missed,
+            plot_study,
+            study_summary,
+        )
 
     first, loaded = one_voice(), with_units(loaded_scene(scene, strict, cases=True), units)
     with study_of(scene), progress_bar(steps * starts, alike=False) as step:

@@ -16,6 +16,7 @@ from fenics_mech.cli.common import (
     Strict,
     Tolerance,
     Units,
+    jobs_of,
     refined_scene,
     refuse_in_space,
     scene_in_space,
@@ -39,9 +40,7 @@ def run(
     refine: Refine = 0,
     tolerance: Tolerance = None,
     strict: Strict = False,
-    jobs: Annotated[
-        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share load cases.")
-    ] = 1,
+    jobs: Annotated[int, jobs_of("load cases")] = 1,
     details: Annotated[bool, typer.Option("--details", help="Print all that is known, not a summary only.")] = False,
     units: Units = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the key figures as JSON in SI instead.")] = False,

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import loading, one_voice, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, loaded_scene, study_of, with_units
+from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, jobs_of, loaded_scene, study_of, with_units
 
 
 def spread(
@@ -21,9 +21,7 @@ def spread(
         bool, typer.Option("--indices", help="Find Sobol indices: samples times (variables + 2) analyses.")
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of random numbers.")] = 0,
-    jobs: Annotated[
-        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share samples.")
-    ] = 1,
+    jobs: Annotated[int, jobs_of("samples")] = 1,
     folder: OutFolder = Path("out"),
     units: Units = None,
     strict: Strict = False,
@@ -35,8 +33,7 @@ def spread(
     """
     with loading():
         from fenics_mech.studies.design.spread import spread as scattered  # noqa: PLC0415
-        from fenics_mech.views.spread_plots import plot_spread  # noqa: PLC0415
-        from fenics_mech.views.spread_summary import spread_summary  # noqa: PLC0415
+        from fenics_mech.views.spread_views import plot_spread, spread_summary  # noqa: PLC0415
 
     first, loaded = one_voice(), with_units(loaded_scene(scene, strict, cases=True), units)
     width = 1 if not indices or loaded.study is None else len(loaded.study.scatter) + 2

@@ -12,8 +12,6 @@ from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.known import KNOWN
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
-from fenics_mech.terms import Term
-from fenics_mech.terms.added import ADDED
 
 __all__ = ["EFFECTS", "Effect", "active", "loads_at_nodes"]
 
@@ -37,15 +35,16 @@ def _plugged(plugin: Plugin, taken: bool) -> Effect:
     return replace(effect, **called | {"acting": _checked(plugin, called["acting"])})
 
 
-def _checked(plugin: Plugin, acting: Callable[[Any], Any]) -> Callable[[Any], dict[str, Term]]:
+def _checked(plugin: Plugin, acting: Callable[[Any], Any]) -> Callable[[Any], dict[str, Any]]:
     """Give what states the terms of a plugin, which are such, and whose errors name it."""
+    asked = "respond", "near", "energy"
 
-    def terms(made: Any) -> dict[str, Term]:
+    def terms(made: Any) -> dict[str, Any]:
         found = acting(made)
-        if not isinstance(found, Mapping) or not all(isinstance(term, Term) for term in found.values()):
+        if not isinstance(found, Mapping) or not all(hasattr(t, name) for t in found.values() for name in asked):
             raise plugin.refused("must give terms of `fenics_mech.terms` by name in `acting`")
         for term in found.values():
-            for name in ("respond", "near", "energy"):
+            for name in asked:
                 setattr(term, name, plugin.blamed(getattr(term, name)))
         return {str(name): term for name, term in found.items()}
 
@@ -53,29 +52,11 @@ def _checked(plugin: Plugin, acting: Callable[[Any], Any]) -> Callable[[Any], di
 
 
 EFFECTS = _found()
-ADDED[:] = [effect for effect in EFFECTS.values() if effect.acting is not None]
 
 
 def active(scene: Scene) -> tuple[Effect, ...]:
-    """Give the effects that act in a scene: those that it names, and those that come with what it states.
-
-    Of a scene that leaves the choice to the program, only the latter.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    tuple of Effect
-        The effects, by the names of their modules.
-
-    Raises
-    ------
-    SceneError
-        When it names one that is not known, one that it does not state, or two that exclude each other.
-    """
+    """Give the effects that act in a scene: those that it names, and those that come with what it states."""
+    # Of a scene that leaves the choice to the program, only the latter.
     for name in scene.named_effects:
         if name == "inextensible":
             raise SceneError(
@@ -104,11 +85,5 @@ def active(scene: Scene) -> tuple[Effect, ...]:
 
 
 def loads_at_nodes(acting: Iterable[Effect]) -> bool:
-    """Whether loads need nodes, as elements cannot carry them inside.
-
-    Parameters
-    ----------
-    acting
-        The effects that act.
-    """
+    """Whether loads need nodes, as elements cannot carry them inside."""
     return any(effect.loads_at_nodes for effect in acting)

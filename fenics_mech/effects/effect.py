@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 from fenics_mech.scene import Scene
-
-if TYPE_CHECKING:
-    from fenics_mech.machine.from_scene import SceneMachine
-    from fenics_mech.terms import Term
 
 
 @dataclass(frozen=True)
@@ -53,7 +49,7 @@ class Effect:
     name: str
     meaning: str
     source: str
-    acting: Callable[[SceneMachine], Mapping[str, Term]] | None = None
+    acting: Callable[[Any], Mapping[str, Any]] | None = None
     stated: Callable[[Scene], bool] = lambda scene: False
     missing_data: Callable[[Scene], str] = lambda scene: ""
     stated_by: str = ""
@@ -67,21 +63,9 @@ class Effect:
 
 @dataclass(frozen=True)
 class Choice:
-    """What was decided about an effect.
-
-    Parameters
-    ----------
-    effect
-        The effect.
-    size
-        Estimate of the share of the strains that it changes; None where nothing was estimated.
-    acts
-        Whether it acts.
-    missing
-        Why it does not act though it should: what it needs and the scene does not state; else empty.
-    """
+    """What was decided about an effect."""
 
     effect: Effect
-    size: float | None
-    acts: bool
-    missing: str = ""
+    size: float | None  # estimate of the share of the strains that it changes; None where nothing was estimated
+    acts: bool  # whether it acts
+    missing: str = ""  # why it does not act though it should: what it needs and the scene does not state; else empty

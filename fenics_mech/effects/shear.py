@@ -11,13 +11,7 @@ from fenics_mech.scene.bodies import POISSON
 
 
 def assumed(scene: Scene) -> tuple[str, ...]:
-    """Say of which materials Poisson's ratio is assumed: those that state none, and of which members consist.
-
-    Parameters
-    ----------
-    scene
-        A scene with this effect.
-    """
+    """Say of which materials Poisson's ratio is assumed: those that state none, and of which members consist."""
     found, middle = [], np.array([0.5])
     for name, material in scene.materials.items():
         stated = scene.changed({f"materials.{name}.shear_modulus": material.rigidity / 2})

@@ -1,4 +1,4 @@
-"""How wrong a periodic motion may be: by its steps, by the mesh of its members, between its instants."""
+"""How wrong an answer may be: by its steps, the mesh, the theory, and between positions and stations."""
 
 from fenics_mech.estimate.cycles import finer_chart, finer_mesh, finer_steps
 

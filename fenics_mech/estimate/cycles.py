@@ -54,10 +54,8 @@ def finer_mesh(cycle: Cycle, machine: Machine) -> Cycle:
 
 
 def _axial_forces(cycle: Cycle, fine: Machine) -> list[Array | None]:
-    """Give the axial forces of the coarser elements to their halves, and to other terms what they have at the start.
-
-    Places between the nodes stretch stiff elements by far more than their motion does, to where they buckle.
-    """
+    """Give the axial forces of the coarser elements to their halves, and to other terms what they have at the start."""
+    # Places between the nodes stretch stiff elements by far more than their motion does, to where they buckle.
     coarse, stresses = cycle.machine, list[Array | None]([None] * len(fine.terms))
     if 2 * len(coarse.beams.pairs) == len(fine.beams.pairs):
         known = cycle.evaluation.terms[coarse.terms.index(coarse.beams)].response.stress

@@ -92,10 +92,9 @@ class Geometry:
         return np.asarray(np.eye(self.d) + np.sin(angle) * K + (1 - np.cos(angle)) * (K @ K), dtype=np.float64)
 
     def axes(self, first: Array, second: Array | None = None) -> Array:
-        """Rotation whose first axis is `first` and whose second lies towards `second` from it.
-
-        In the plane the second axis is 90 degrees counter-clockwise of the first. In space it is any without `second`.
-        """
+        """Rotation whose first axis is `first` and whose second lies towards `second` from it."""
+        # In the plane the second axis is 90 degrees counter-clockwise of the first. In space it is any without
+        # `second`.
         e = np.asarray(first, dtype=np.float64)
         e = e / np.linalg.norm(e)
         if self.d == 2:

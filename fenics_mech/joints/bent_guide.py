@@ -27,18 +27,10 @@ Shapes = tuple[Array, Array, Array]  # of the four vectors of an element and two
 
 @dataclass(frozen=True)
 class BentGuide(JointPlace):
-    """Place of a joint whose guide is the axis of a member; its stroke is the distance along it from the first node.
+    """Place of a joint whose guide is the axis of a member; its stroke is the distance along it from the first node."""
 
-    Parameters
-    ----------
-    nodes
-        The frames at the member's nodes, from end to end of the guide.
-    distances
-        Their distances from the first along the straight member (m), ``(nodes,)``.
-    """
-
-    nodes: tuple[int, ...] = ()
-    distances: tuple[float, ...] = ()
+    nodes: tuple[int, ...] = ()  # the frames at the member's nodes, from end to end of the guide
+    distances: tuple[float, ...] = ()  # their distances from the first along the straight member (m), (nodes,)
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -46,13 +38,7 @@ class BentGuide(JointPlace):
         return self.distances[0], self.distances[-1]
 
     def state(self, links: LinkStates) -> JointState:
-        """Give how the pin moves against the axis.
-
-        Parameters
-        ----------
-        links
-            How the frames move.
-        """
+        """Give how the pin moves against the axis."""
         second = self.bodies[1]
         arm = links.turned(second, self.points[1])
         pin, pin_rate = links.point(second, arm)
@@ -72,17 +58,7 @@ class BentGuide(JointPlace):
         return JointState(place, rate, gap, gap_rate, (np.zeros_like(arm), arm), turning, along, angle, links)
 
     def exert(self, on: BodyForces, state: JointState, wrench: Wrench) -> None:
-        """Add a wrench on the pin's body, and the opposite one on the frames beside the point of the axis.
-
-        Parameters
-        ----------
-        on
-            Forces on all frames.
-        state
-            How the pin moves against the axis.
-        wrench
-            What acts on the pin's body.
-        """
+        """Add a wrench on the pin's body, and the opposite one on the frames beside the point of the axis."""
         second = self.bodies[1]
         on.add(second, state.arms[1] + wrench.offset, wrench.force)
         on.turn(second, wrench.moment)
@@ -150,15 +126,7 @@ class BentGuide(JointPlace):
 
 
 def nodes_along(scene: Scene, mesh: BeamMesh, joint: str) -> list[str]:
-    """Names of the nodes of the member that a joint's pin travels along, from end to end; none where it has no such.
-
-    Parameters
-    ----------
-    scene, mesh
-        The scene, and the mesh of its members.
-    joint
-        The joint.
-    """
+    """Names of the nodes of the member that a joint's pin travels along, from end to end; none where it has no such."""
     member = scene.joints[joint].member
     if member is None:
         return []

@@ -21,22 +21,12 @@ from fenics_mech.terms.causes import Cause
 
 @dataclass(frozen=True)
 class CamSide:
-    """One side of a cam and its follower, of which the indentation is ``d = h(a) - s``.
+    """One side of a cam and its follower, of which the indentation is ``d = h(a) - s``."""
 
-    Parameters
-    ----------
-    joint, other
-        Where this side acts, and where the other one does.
-    stated
-        What the scene states.
-    follows
-        Whether this side is that of the stroke s, and not that of the cam's angle a.
-    """
-
-    joint: JointPlace
+    joint: JointPlace  # where this side acts, and where the other one does
     other: JointPlace
-    stated: Cam
-    follows: bool
+    stated: Cam  # what the scene states
+    follows: bool  # whether this side is that of the stroke s, and not that of the cam's angle a
     cause = Cause.CONTACTS
     begins_open = False
 
@@ -46,13 +36,7 @@ class CamSide:
         return int(self.follows)
 
     def depths(self, state: JointState) -> tuple[Array, Array]:
-        """Give how far the cam is in the follower, and the rate of that, ``(contacts, states)`` each.
-
-        Parameters
-        ----------
-        state
-            How the bodies move.
-        """
+        """Give how far the cam is in the follower, and the rate of that, ``(contacts, states)`` each."""
         if not self.follows:
             none = np.zeros((0, len(state.place)))
             return none, none
@@ -60,13 +44,7 @@ class CamSide:
         return depth[None], rate[None]
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
-        """Give the force on the follower, or the moment on the cam.
-
-        Parameters
-        ----------
-        time, state, touching
-            As of `JointLaw`.
-        """
+        """Give the force on the follower, or the moment on the cam."""
         depth, rate, slope = self._indentation(state)
         push = self.stated.stiffness * np.maximum(depth, 0.0) * np.maximum(1 + self.stated.damping * rate, 0.0)
         if not self.joint.elsewhere:
@@ -96,17 +74,7 @@ class CamSide:
 def both_sides_of_cam(
     stated: Cam, joints: tuple[JointPlace, JointPlace], keeps_direction: bool
 ) -> tuple[CamSide, CamSide]:
-    """Give the sides of a cam at its joint, and at that of its follower.
-
-    Parameters
-    ----------
-    stated
-        What the scene states.
-    joints
-        Its joint, and the one that it drives.
-    keeps_direction
-        Whether the follower slides without turning: then cam and follower push each other, and not their first bodies.
-    """
+    """Give the sides of a cam at its joint, and at that of its follower."""
     if keeps_direction and all(joint.bodies[1] >= 0 for joint in joints):
         joints = replace(joints[0], elsewhere=True), replace(joints[1], elsewhere=True)
     return CamSide(joints[0], joints[1], stated, follows=False), CamSide(joints[1], joints[0], stated, follows=True)

@@ -28,16 +28,9 @@ CONTACT = ContactLimits()
 
 
 def damping_of(contact: Contact) -> float:
-    """Give c of a contact by its restitution.
-
-    In one dimension the energy of ``m x'' = -K d^n (1 + c d'/v)`` is known in closed form. The speed after the contact
-    over that before it is e where ``c (1 + e) = ln[(1 + c)/(1 - c e)]``, whatever n is.
-
-    Parameters
-    ----------
-    contact
-        The contact.
-    """
+    """Give c of a contact by its restitution."""
+    # In one dimension the energy of m x'' = -K d^n (1 + c d'/v) is known in closed form. The speed after the contact
+    # over that before it is e where c (1 + e) = ln[(1 + c)/(1 - c e)], whatever n is.
     e = contact.restitution
     if contact.law == "lankarani-nikravesh":
         return 3 * (1 - e**2) / 4
@@ -57,31 +50,13 @@ def damping_of(contact: Contact) -> float:
 
 
 def rubbing(stated: LooseJoint, push: Array, sliding: Array) -> Array:
-    """Friction of a contact (N), ``(states,)``: Coulomb's, regularised at low speeds.
-
-    Parameters
-    ----------
-    stated
-        What the scene states.
-    push
-        Normal force (N), ``(states,)``.
-    sliding
-        Speed at which the bodies slide past each other (m/s), ``(states,)``.
-    """
+    """Friction of a contact (N), ``(states,)``: Coulomb's, regularised at low speeds."""
+    # push (states,) (N); sliding (states,) (m/s)
     return stated.friction * push * np.tanh(sliding / stated.width)
 
 
 def contact_force(contact: Contact, depth: Array, rate: Array, speed: float) -> Array:
-    """Force with which two bodies push each other apart, ``(states,)``; nothing where they do not touch.
-
-    Parameters
-    ----------
-    contact
-        The contact.
-    depth, rate
-        Indentation (m or rad), negative where there is none, and its rate, ``(states,)``.
-    speed
-        Rate at which the contact began.
-    """
+    """Force with which two bodies push each other apart, ``(states,)``; nothing where they do not touch."""
+    # depth, rate (states,)
     elastic = contact.stiffness * np.maximum(depth, 0.0) ** contact.exponent
     return elastic * np.maximum(1 + damping_of(contact) * rate / max(speed, CONTACT.least_speed), 0.0)

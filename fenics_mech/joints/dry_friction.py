@@ -6,26 +6,16 @@ Source: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994); Thr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, WithoutContact, Wrench
 from fenics_mech.scene import Friction, Scene
-from fenics_mech.terms.causes import Cause
 
 TOLD = 1e-4  # m: creep in a motion, above which it is told
 
 
 def creeping(scene: Scene) -> tuple[str, ...]:
-    """Tell of joints whose bodies may creep where they stick, by more than a limit in a motion, or by what holds them.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Tell of joints whose bodies may creep where they stick by more than a limit, or by what holds them."""
     if scene.analysis.method == "static":
         return _left_out_at_rest(scene)
     if scene.analysis.method != "transient":
@@ -58,99 +48,19 @@ def _left_out_at_rest(scene: Scene) -> tuple[str, ...]:
     )
 
 
-@dataclass(frozen=True)
-class DryFriction(WithoutContact):
-    """Dry friction at a joint, with its viscous share.
-
-    Parameters
-    ----------
-    joint
-        Where it acts.
-    stated
-        What the scene states.
-    """
-
-    joint: JointPlace
-    stated: Friction
-    cause = Cause.FRICTION
-
-    @property
-    def arm(self) -> float:
-        """Radius at which a pin rubs (m); 1 of a slider."""
-        return 1.0 if self.stated.radius is None else self.stated.radius
-
-    def share(self, state: JointState) -> Array:
-        """Friction on the second body over the joint's force (m of a pin, 1 of a slider), ``(states,)``.
-
-        Parameters
-        ----------
-        state
-            How the bodies move.
-        """
-        return -self.arm * coefficient(self.stated, self.arm * state.rate - self.stated.belt_speed)
-
-    def scaled_speed(self, state: JointState) -> Array:
-        """Sliding speed over the width, ``(states,)``.
-
-        Parameters
-        ----------
-        state
-            How the bodies move.
-        """
-        return (self.arm * state.rate - self.stated.belt_speed) / self.stated.width
-
-    def shares(self, state: JointState, held: Array | None) -> tuple[Array, Array]:
-        """Give the share where friction is held, which has its limits, and what its tangent there adds.
-
-        Parameters
-        ----------
-        state
-            How the bodies move.
-        held
-            As of `Touching`.
-        """
-        if held is None:
-            share = self.share(state)
-            return share, np.zeros_like(share)
-        most = -self.arm * largest(self.stated, self.arm * state.rate - self.stated.belt_speed)
-        return most * np.tanh(held), most * (line(held, self.scaled_speed(state)) - np.tanh(held))
-
-    def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
-        """Give the viscous share, which needs no force of the joint.
-
-        Parameters
-        ----------
-        time, state, touching
-            As of `JointLaw`.
-        """
-        return self.joint.effort(state, -self.stated.viscous * state.rate)
-
-
 def line(held: Array, speed: Array) -> Array:
-    """Tangent of tanh at `held`, ``(states,)``.
-
-    Parameters
-    ----------
-    held, speed
-        Sliding speeds over the width, ``(states,)`` each.
-    """
+    """Tangent of tanh at `held`, ``(states,)``."""
+    # held, speed (states,) each
     at = np.tanh(held)
     return np.asarray(at + (1 - at**2) * (speed - held))
 
 
 def held_at(share: Array, speed: Array) -> Array:
-    """Give where friction is held next, ``(states,)``, by the share of its limit that a step of Newton's predicts.
-
-    It is held where its law gives that share. Beyond its limits it slides, and so it does where the speed is larger
-    than the tangents of the law let it be at that share. Where it would slide the other way, it is held at rest first.
-
-    Parameters
-    ----------
-    share
-        Friction over its limit, ``(states,)``.
-    speed
-        Sliding speed over the width, ``(states,)``.
-    """
+    """Give where friction is held next, ``(states,)``, by the share of its limit that a step of Newton's predicts."""
+    # share (states,); speed (states,)
+    # It is held where its law gives that share. Beyond its limits it slides, and so it does where the speed is larger
+    # than the tangents of the law let it be at that share. Where it would slide the other way, it is held at rest
+    # first.
     inside = np.abs(share) < 1
     back = np.arctanh(np.where(inside, share, 0.0))
     slides = share * speed > 0
@@ -159,26 +69,13 @@ def held_at(share: Array, speed: Array) -> Array:
 
 
 def coefficient(stated: Friction, speed: Array) -> Array:
-    """Coefficient of friction with its sign, ``(states,)``.
-
-    Parameters
-    ----------
-    stated
-        The law.
-    speed
-        Sliding speed (m/s), ``(states,)``.
-    """
+    """Coefficient of friction with its sign, ``(states,)``."""
+    # speed (states,) (m/s)
     return largest(stated, speed) * np.tanh(speed / stated.width)
 
 
 def largest(stated: Friction, speed: Array) -> Array:
-    """Coefficient of friction at its limit, ``(states,)``.
-
-    Parameters
-    ----------
-    stated, speed
-        As of `coefficient`.
-    """
+    """Coefficient of friction at its limit, ``(states,)``."""
     size = np.full_like(speed, stated.coefficient)
     if stated.static is not None and stated.stribeck is not None:
         size += (stated.static - stated.coefficient) * np.exp(-((speed / stated.stribeck) ** 2))

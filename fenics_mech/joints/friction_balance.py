@@ -26,52 +26,15 @@ FRICTION = FrictionLimits()
 
 @dataclass(frozen=True)
 class FrictionBalance:
-    """The friction F of joints, with ``F = shares |l|`` of their forces ``l = alone - by_friction F``.
+    """The friction F of joints, with ``F = shares |l|`` of their forces ``l = alone - by_friction F``."""
 
-    Parameters
-    ----------
-    alone
-        Forces of the joints without friction (N), ``(states, rows)``.
-    by_friction
-        What friction of size 1 takes off them, ``(states, rows, laws)``.
-    shares
-        Friction over the joint's force (m of a pin, 1 of a slider), ``(states, laws)``.
-    pressed
-        Rows whose forces press the bodies of each law's joint against each other.
-    """
-
-    alone: Array
-    by_friction: Array
-    shares: Array
-    pressed: Sequence[Index]
-
-    def slopes(self, friction: Array) -> tuple[Array, Array, Array]:
-        """Give how the friction changes: ``factor (sizes d(shares) + shared d(alone))``.
-
-        Parameters
-        ----------
-        friction
-            F, ``(states, laws)``.
-
-        Returns
-        -------
-        tuple
-            The factor, ``(states, laws, laws)``, the sizes, ``(states, laws)``, and what is shared,
-            ``(states, laws, rows)``.
-        """
-        sizes, along = self.sizes(friction)
-        # F = share |l| with l = alone - by_friction F changes by d(share) |l| + share e.(d(alone) - by_friction dF)
-        shared = self.shares[..., None] * along
-        return np.linalg.inv(np.eye(friction.shape[1]) + shared @ self.by_friction), sizes, shared
+    alone: Array  # forces of the joints without friction (N), (states, rows)
+    by_friction: Array  # what friction of size 1 takes off them, (states, rows, laws)
+    shares: Array  # friction over the joint's force (m of a pin, 1 of a slider), (states, laws)
+    pressed: Sequence[Index]  # rows whose forces press the bodies of each law's joint against each other
 
     def solve(self) -> tuple[Array, Array]:
-        """Find the friction, ``(states, laws)``, and the forces with it, ``(states, rows)``, by Newton's method.
-
-        Raises
-        ------
-        SolverError
-            When friction locks the linkage.
-        """
+        """Find the friction, ``(states, laws)``, and the forces with it, ``(states, rows)``, by Newton's method."""
         friction, one = np.zeros_like(self.shares), np.eye(self.shares.shape[1])
         for _ in range(FRICTION.most_iterations):
             sizes, along = self.sizes(friction)
@@ -85,13 +48,8 @@ class FrictionBalance:
         raise SolverError("the friction of the joints locks the linkage: their forces are not determined")
 
     def sizes(self, friction: Array) -> tuple[Array, Array]:
-        """Give the sizes of the joints' forces (N), ``(states, laws)``, and their derivatives by these forces.
-
-        Parameters
-        ----------
-        friction
-            F, ``(states, laws)``.
-        """
+        """Give the sizes of the joints' forces (N), ``(states, laws)``, and their derivatives by these forces."""
+        # friction (states, laws)
         forces = self.forces(friction)
         floor = FRICTION.small_force * np.abs(self.alone).max(axis=1, initial=0.0) + FRICTION.no_force
         along = np.zeros((*friction.shape, forces.shape[1]))
@@ -102,11 +60,6 @@ class FrictionBalance:
         return sizes, along
 
     def forces(self, friction: Array) -> Array:
-        """Give the forces of the joints (N), ``(states, rows)``.
-
-        Parameters
-        ----------
-        friction
-            F, ``(states, laws)``.
-        """
+        """Give the forces of the joints (N), ``(states, rows)``."""
+        # friction (states, laws)
         return np.asarray(self.alone - (self.by_friction @ friction[..., None])[..., 0])

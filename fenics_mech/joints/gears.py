@@ -18,35 +18,17 @@ from fenics_mech.terms.causes import Cause
 
 @dataclass(frozen=True)
 class GearSide(WithoutContact):
-    """One side of a gear pair: its moments are minus the derivatives of ``k e^2/2`` with ``e = b - i a - e0``.
+    """One side of a gear pair: its moments are minus the derivatives of ``k e^2/2`` with ``e = b - i a - e0``."""
 
-    Parameters
-    ----------
-    joint, other
-        Where this side acts, and where the other one does.
-    stated
-        What the scene states.
-    driven
-        Whether this side is that of the angle b, and not that of a.
-    at_start
-        e0 (rad), of the angles at the start.
-    """
-
-    joint: JointPlace
+    joint: JointPlace  # where this side acts, and where the other one does
     other: JointPlace
-    stated: GearPair
-    driven: bool
-    at_start: float
+    stated: GearPair  # what the scene states
+    driven: bool  # whether this side is that of the angle b, and not that of a
+    at_start: float  # e0 (rad), of the angles at the start
     cause = Cause.GEARS
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
-        """Give the moment on the second body.
-
-        Parameters
-        ----------
-        time, state, touching
-            As of `JointLaw`.
-        """
+        """Give the moment on the second body."""
         there = self.other.state(state.links)
         a, b = (there, state) if self.driven else (state, there)
         error = b.place - self.stated.ratio * a.place - self.at_start
@@ -73,17 +55,7 @@ class GearSide(WithoutContact):
 
 
 def both_sides(stated: GearPair, joints: tuple[JointPlace, JointPlace], start: JointState) -> tuple[GearSide, GearSide]:
-    """Give the sides of a gear pair at its joint, and at the one that it drives.
-
-    Parameters
-    ----------
-    stated
-        What the scene states.
-    joints
-        Its joint, and the one that it drives.
-    start
-        State of its joint at the start.
-    """
+    """Give the sides of a gear pair at its joint, and at the one that it drives."""
     if stated.pressure_angle is not None:  # gears push each other, and not the bodies that bear them
         joints = replace(joints[0], elsewhere=True), replace(joints[1], elsewhere=True)
     free = float(np.asarray(joints[1].state(start.links).place - stated.ratio * start.place)[0])

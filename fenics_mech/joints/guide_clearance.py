@@ -20,27 +20,17 @@ from fenics_mech.terms.causes import Cause
 
 @dataclass(frozen=True)
 class SliderContact:
-    """A slider of the second body between the walls of the first.
+    """A slider of the second body between the walls of the first."""
 
-    Parameters
-    ----------
-    joint
-        Where it is.
-    stated
-        What the scene states.
-    """
-
-    joint: JointPlace
-    stated: GuideClearance
+    joint: JointPlace  # where it is
+    stated: GuideClearance  # what the scene states
     cause = Cause.CONTACTS
     begins_open = True
     contacts = 4  # both ends at the lower wall, then at the upper one
 
     def _ends(self, state: JointState) -> Iterator[tuple[Array, Array, Array]]:
-        """Each end of the slider, seen from the second body's point (m), its way from the guide's middle, its velocity.
-
-        The last two are seen from the first body, ``(states, 2)`` each.
-        """
+        """Each end of the slider, from the second body's point (m), its way from the guide's middle, its velocity."""
+        # The last two are seen from the first body, (states, 2) each.
         turned = (state.angle - self.joint.turn)[:, None]
         axis = np.cos(turned) * state.along + np.sin(turned) * quarter(state.along)
         for side in (-0.5, 0.5):
@@ -50,13 +40,7 @@ class SliderContact:
             yield arm, way, moving - state.turning[0][:, None] * quarter(way)
 
     def depths(self, state: JointState) -> tuple[Array, Array]:
-        """Give how far each end is in each wall, and the rate of that, ``(4, states)`` each.
-
-        Parameters
-        ----------
-        state
-            How the bodies move.
-        """
+        """Give how far each end is in each wall, and the rate of that, ``(4, states)`` each."""
         normal, depths, rates = quarter(state.along), [], []
         ends = list(self._ends(state))
         for wall in (-1.0, 1.0):
@@ -66,13 +50,7 @@ class SliderContact:
         return np.array(depths), np.array(rates)
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
-        """Give what the walls exert on the slider.
-
-        Parameters
-        ----------
-        time, state, touching
-            As of `JointLaw`.
-        """
+        """Give what the walls exert on the slider."""
         normal, (depths, rates) = quarter(state.along), self.depths(state)
         force, moment = np.zeros_like(state.gap), np.zeros_like(state.place)
         ends = list(self._ends(state))

@@ -16,98 +16,45 @@ from fenics_mech.terms.causes import Cause
 
 @dataclass(frozen=True)
 class JointState:
-    """How the second body of a joint moves against the first, at many states.
+    """How the second body of a joint moves against the first, at many states."""
 
-    Parameters
-    ----------
-    place, rate
-        Angle (rad) or stroke (m), and its rate, ``(states,)``.
-    gap, gap_rate
-        From the point of the first body to that of the second (m, m/s), in the fixed frame, ``(states, 2)``.
-    arms
-        The points, seen from the origins of their bodies (m), ``(states, 2)`` each.
-    turning
-        Angular velocities of both bodies (rad/s), ``(states,)`` each.
-    along
-        Direction of the guide, ``(states, 2)``; of a pin the x axis of the first body.
-    angle
-        Of the second body's frame against the first's (rad), ``(states,)``.
-    links
-        How all links move, for laws that look at another joint too.
-    """
-
-    place: Array
+    place: Array  # angle (rad) or stroke (m), and its rate, (states,)
     rate: Array
-    gap: Array
+    gap: Array  # from the point of the first body to that of the second (m, m/s), in the fixed frame, (states, 2)
     gap_rate: Array
-    arms: tuple[Array, Array]
-    turning: tuple[Array, Array]
-    along: Array
-    angle: Array
-    links: LinkStates
+    arms: tuple[Array, Array]  # the points, seen from the origins of their bodies (m), (states, 2) each
+    turning: tuple[Array, Array]  # angular velocities of both bodies (rad/s), (states,) each
+    along: Array  # direction of the guide, (states, 2); of a pin the x axis of the first body
+    angle: Array  # of the second body's frame against the first's (rad), (states,)
+    links: LinkStates  # how all links move, for laws that look at another joint too
 
 
 @dataclass(frozen=True)
 class Wrench:
-    """What a law exerts on the second body of a joint; the opposite acts on the first.
+    """What a law exerts on the second body of a joint; the opposite acts on the first."""
 
-    Parameters
-    ----------
-    force
-        Along X and Y (N), ``(states, 2)``.
-    moment
-        N m, ``(states,)``.
-    offset
-        Where the force acts, seen from the second body's point (m), ``(states, 2)``.
-    """
-
-    force: Array
-    moment: Array
-    offset: Array
+    force: Array  # along X and Y (N), (states, 2)
+    moment: Array  # N m, (states,)
+    offset: Array  # where the force acts, seen from the second body's point (m), (states, 2)
 
 
 @dataclass(frozen=True)
 class JointPlace:
-    """Two bodies and their points at a joint.
+    """Two bodies and their points at a joint."""
 
-    Parameters
-    ----------
-    name
-        The joint.
-    bodies
-        Their indices among the links; -1 is the ground.
-    points
-        The points in the frames of their bodies (m).
-    guide
-        Direction of the guide in the first body's frame (rad); 0 of a pin.
-    slides
-        Whether the second body slides along a guide.
-    turn
-        Angle of the second body's frame in the first's that a prismatic joint holds (rad); 0 of others.
-    elsewhere
-        Whether the opposite of what a law exerts on the second body acts elsewhere than on the first: another side has
-        it, as a follower has that of its cam.
-    """
-
-    name: str
-    bodies: tuple[int, int]
-    points: tuple[tuple[float, float], tuple[float, float]]
-    guide: float
-    slides: bool
-    turn: float
+    name: str  # the joint
+    bodies: tuple[int, int]  # their indices among the links; -1 is the ground
+    points: tuple[tuple[float, float], tuple[float, float]]  # the points in the frames of their bodies (m)
+    guide: float  # direction of the guide in the first body's frame (rad); 0 of a pin
+    slides: bool  # whether the second body slides along a guide
+    turn: float  # angle of the second body's frame in the first's that a prismatic joint holds (rad); 0 of others
+    # whether the opposite of what a law exerts on the second body acts elsewhere than on the first: another side has
+    # it, as a follower has that of its cam
     elsewhere: bool = False
 
     @classmethod
     def of(cls, scene: Scene, name: str) -> JointPlace:
-        """Find a joint of two bodies.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        name
-            The joint.
-        """
+        """Find a joint of two bodies."""
         joint, index = scene.joints[name], {"ground": -1} | {link: i for i, link in enumerate(scene.links)}
         (first, at), (second, pin) = map(scene.point, joint.connect)
         slides = isinstance(joint, Slot | Prismatic)
@@ -121,13 +68,7 @@ class JointPlace:
         return -np.inf, np.inf
 
     def state(self, links: LinkStates) -> JointState:
-        """Give how the bodies of the joint move.
-
-        Parameters
-        ----------
-        links
-            How all links move.
-        """
+        """Give how the bodies of the joint move."""
         first, second = self.bodies
         arms = links.turned(first, self.points[0]), links.turned(second, self.points[1])
         (at, speed), (to, other) = links.point(first, arms[0]), links.point(second, arms[1])
@@ -145,60 +86,27 @@ class JointPlace:
         return JointState(place, rate, gap, gap_rate, arms, turning, along, angle, links)
 
     def pin(self, state: JointState) -> Array:
-        """Give the place of the second body's point (m), ``(states, 2)``.
-
-        Parameters
-        ----------
-        state
-            How the bodies move.
-        """
+        """Give the place of the second body's point (m), ``(states, 2)``."""
         return state.links.point(self.bodies[1], state.arms[1])[0]
 
     def effort(self, state: JointState, size: Array) -> Wrench:
-        """Give a force along the guide, or a moment at a pin, as a wrench.
-
-        Parameters
-        ----------
-        state
-            How the bodies move.
-        size
-            N or N m, ``(states,)``.
-        """
+        """Give a force along the guide, or a moment at a pin, as a wrench."""
+        # size (states,)
         none = np.zeros((len(size), 2))
         if self.slides:
             return Wrench(size[:, None] * state.along, np.zeros_like(size), none)
         return Wrench(none, size, none)
 
     def size(self, links: LinkStates, wrench: Wrench, alone: bool) -> Array:
-        """Give the size of a wrench on the second body (N or N m), ``(states,)``.
-
-        It is the force along the guide or the moment about the pin; without a constraint it is the size of the force.
-
-        Parameters
-        ----------
-        links
-            How all links move.
-        wrench
-            What acts on the second body.
-        alone
-            Whether a law takes the place of the joint's constraint.
-        """
+        """Give the size of a wrench on the second body (N or N m), ``(states,)``."""
+        # It is the force along the guide or the moment about the pin; without a constraint it is the size of the
+        # force.
         if alone:
             return np.asarray(np.linalg.norm(wrench.force, axis=-1))
         return np.sum(wrench.force * self.state(links).along, axis=-1) if self.slides else wrench.moment
 
     def exert(self, on: BodyForces, state: JointState, wrench: Wrench) -> None:
-        """Add a wrench on the second body, and the opposite one on the first.
-
-        Parameters
-        ----------
-        on
-            Forces on all bodies.
-        state
-            How the bodies of the joint move.
-        wrench
-            What acts on the second body.
-        """
+        """Add a wrench on the second body, and the opposite one on the first."""
         (first, second), (arm, other) = self.bodies, state.arms
         on.add(second, other + wrench.offset, wrench.force)
         on.turn(second, wrench.moment)
@@ -210,42 +118,19 @@ class JointPlace:
 
 @dataclass(frozen=True)
 class Touching:
-    """Which contacts of a law are closed, how fast they closed, and where Newton's method holds its dry friction.
+    """Which contacts of a law are closed, and how fast they closed."""
 
-    Parameters
-    ----------
-    closed
-        ``(contacts,)``.
-    speed
-        Rate of indentation at the beginning of each (m/s or rad/s), ``(contacts,)``.
-    held
-        Sliding speed over the width at which friction is taken as linear, ``(states,)``; None where it is by its law.
-    """
-
-    closed: NDArray[np.bool_]
-    speed: Array
-    held: Array | None = None
+    closed: NDArray[np.bool_]  # (contacts,)
+    speed: Array  # rate of indentation at the beginning of each (m/s or rad/s), (contacts,)
 
     @classmethod
     def open(cls, contacts: int) -> Touching:
-        """Give contacts that are all open.
-
-        Parameters
-        ----------
-        contacts
-            Their number.
-        """
+        """Give contacts that are all open."""
         return cls(np.zeros(contacts, dtype=bool), np.ones(contacts))
 
     @classmethod
     def shut(cls, contacts: int) -> Touching:
-        """Give contacts that are all closed: they push where bodies overlap.
-
-        Parameters
-        ----------
-        contacts
-            Their number.
-        """
+        """Give contacts that are all closed: they push where bodies overlap."""
         return cls(np.ones(contacts, dtype=bool), np.ones(contacts))
 
 
@@ -282,12 +167,6 @@ class WithoutContact:
     begins_open = True
 
     def depths(self, state: JointState) -> tuple[Array, Array]:
-        """Give no contact.
-
-        Parameters
-        ----------
-        state
-            As of `JointLaw`.
-        """
+        """Give no contact."""
         none = np.zeros((0, len(state.place)))
         return none, none

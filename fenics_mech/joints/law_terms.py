@@ -18,28 +18,15 @@ PLACE, RATE = 1e-8, 1e-7  # m or rad, and per second, of central differences: co
 
 
 class LawTerm(Term):
-    """What a law exerts on the frames of the points at its joint, by their places and angles.
+    """What a law exerts on the frames of the points at its joint, by their places and angles."""
 
-    Which of its contacts are closed is a function of time that is constant between events. A march states it on its
-    way, and afterwards it is known.
-
-    Parameters
-    ----------
-    name
-        Of the law in the scene.
-    ground
-        An end that rests in the axes of the fixed frame.
-    ends
-        The frames that move. They are the bodies of the law's joint, whose points are their origins.
-    law
-        The law.
-    start
-        Angles of the frames at the start (rad).
-    """
+    # Which of its contacts are closed is a function of time that is constant between events. A march states it on its
+    # way, and afterwards it is known.
 
     measures = (Measure(Look.PLACE, 0), Measure(Look.PLACE, 1), Measure(Look.ANGLE))
 
     def __init__(self, name: str, ground: End, ends: Sequence[End], law: JointLaw, start: Sequence[float]) -> None:
+        # start (rad)
         super().__init__([(ground, end) for end in ends])
         self.name, self.law, self.start, self.together = name, law, np.array(start), len(ends)
         self.contacts = law.contacts
@@ -70,13 +57,7 @@ class LawTerm(Term):
         return sum(int((one.closed & ~after.closed).sum()) for one, after in zip(self._states, self._states[1:]))
 
     def begin(self, depth: Array) -> None:
-        """State which contacts are closed at first, by indentations ``(contacts,)``.
-
-        Raises
-        ------
-        SceneError
-            When bodies overlap whose force goes by the rate at which they met.
-        """
+        """State which contacts are closed at first, by indentations ``(contacts,)``."""
         if self.law.begins_open and depth.max(initial=0.0) > 0:
             raise SceneError(
                 f"at the start the bodies of joint {self.law.joint.name!r} overlap by {depth.max():.3g}",
@@ -128,16 +109,11 @@ class LawTerm(Term):
         several = [(y + by.reshape(-1, 1, k, m)).reshape(-1, k, m) for y, by in ((x, steps), (v, rates))]
         values = self.exerted(np.tile(t, len(steps)), *several).reshape(len(steps), T, n)
         ahead, back, faster, slower = np.moveaxis(values[1:].reshape(4, n, T, n), 1, -1)
-        across = -np.stack([(ahead - back) / (2 * PLACE), (faster - slower) / (2 * RATE)])[:, :, None]
-        return Response(-values[0].reshape(x.shape), across=across)
+        by_place, by_rate = (back - ahead) / (2 * PLACE), (slower - faster) / (2 * RATE)
+        return Response(-values[0].reshape(x.shape), by_place[:, None], by_rate[:, None])
 
 
 def links_of(x: Array, v: Array) -> LinkStates:
-    """Give frames as bodies, with the ground behind them.
-
-    Parameters
-    ----------
-    x, v
-        Places and angles of the frames, and their rates ``(instants, frames, 3)`` each.
-    """
+    """Give frames as bodies, with the ground behind them."""
+    # x, v (instants, frames, 3) each
     return LinkStates(*(np.pad(y, ((0, 0), (0, 1), (0, 0))) for y in (x, v)))

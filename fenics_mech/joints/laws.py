@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from fenics_mech.joints.bushings import SoftBearing
 from fenics_mech.joints.cams import both_sides_of_cam
-from fenics_mech.joints.dry_friction import DryFriction
 from fenics_mech.joints.gears import both_sides
 from fenics_mech.joints.given_efforts import GivenEffort
 from fenics_mech.joints.guide_clearance import SliderContact
@@ -15,64 +13,25 @@ from fenics_mech.joints.link_states import LinkStates
 from fenics_mech.joints.pin_clearance import JournalContact
 from fenics_mech.joints.side_contact import OneSide
 from fenics_mech.joints.stops import StopContact
-from fenics_mech.scene import (
-    Bushing,
-    Cam,
-    Clearance,
-    Friction,
-    GuideClearance,
-    JointEffort,
-    Prismatic,
-    Scene,
-    SideContact,
-    Stop,
-)
-from fenics_mech.scene.joint_laws import OneJointLaw, PluggedEffort
+from fenics_mech.scene import Cam, Clearance, GuideClearance, Prismatic, Scene, SideContact, Stop
+from fenics_mech.scene.joint_laws import PluggedEffort
 from fenics_mech.scene.paired_joints import PairedJoints
 
-
-def laws_of(scene: Scene, start: LinkStates, place: Callable[[str], JointPlace]) -> dict[str, JointLaw]:
-    """Give the laws of a scene's joints, by name; the driven side of gears or a cam as "name:joint".
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    start
-        The bodies at the start.
-    place
-        Gives the place of a joint among these, by its name.
-    """
-    found: dict[str, JointLaw] = {}
-    for name, stated in scene.joint_laws.items():
-        joint = place(stated.joint)
-        if isinstance(stated, PairedJoints):
-            pair = joint, place(stated.drives)
-            if isinstance(stated, Cam):
-                sides: tuple[JointLaw, JointLaw] = both_sides_of_cam(
-                    stated, pair, isinstance(scene.joints[stated.drives], Prismatic)
-                )
-            else:
-                sides = both_sides(stated, pair, joint.state(start))
-            found[name], found[f"{name}:{stated.drives}"] = sides
-        else:
-            found[name] = _law(joint, stated)
-    return found
+ALONE = {Stop: StopContact, Clearance: JournalContact, GuideClearance: SliderContact, SideContact: OneSide}
 
 
-def _law(joint: JointPlace, stated: OneJointLaw | PluggedEffort) -> JointLaw:
-    match stated:
-        case Friction():
-            return DryFriction(joint, stated)
-        case Stop():
-            return StopContact(joint, stated)
-        case Clearance():
-            return JournalContact(joint, stated)
-        case GuideClearance():
-            return SliderContact(joint, stated)
-        case SideContact():
-            return OneSide(joint, stated)
-        case Bushing():
-            return SoftBearing(joint, stated)
-        case JointEffort() | PluggedEffort():
-            return GivenEffort(joint, stated)
+def laws_of(scene: Scene, name: str, start: LinkStates, place: Callable[[str], JointPlace]) -> dict[str, JointLaw]:
+    """Give a law of a scene's joints by its name, and the driven side of gears or a cam as "name:joint"."""
+    stated = scene.joint_laws[name]
+    joint = place(stated.joint)
+    if isinstance(stated, PairedJoints):
+        pair, slides = (joint, place(stated.drives)), isinstance(scene.joints[stated.drives], Prismatic)
+        sides: tuple[JointLaw, JointLaw] = (
+            both_sides_of_cam(stated, pair, slides)
+            if isinstance(stated, Cam)
+            else both_sides(stated, pair, joint.state(start))
+        )
+        return dict(zip((name, f"{name}:{stated.drives}"), sides))
+    if isinstance(stated, PluggedEffort):
+        return {name: GivenEffort(joint, stated)}
+    return {name: ALONE[type(stated)](joint, stated)}

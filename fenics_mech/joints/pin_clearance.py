@@ -21,41 +21,21 @@ from fenics_mech.terms.causes import Cause
 
 @dataclass(frozen=True)
 class JournalContact:
-    """A journal of the second body in a bearing of the first.
+    """A journal of the second body in a bearing of the first."""
 
-    Parameters
-    ----------
-    joint
-        Where it is.
-    stated
-        What the scene states.
-    """
-
-    joint: JointPlace
-    stated: Clearance
+    joint: JointPlace  # where it is
+    stated: Clearance  # what the scene states
     cause = Cause.CONTACTS
     begins_open = True
     contacts = 1
 
     def depths(self, state: JointState) -> tuple[Array, Array]:
-        """Give how far the journal is in the bearing's wall, and the rate of that, ``(1, states)`` each.
-
-        Parameters
-        ----------
-        state
-            How the bodies move.
-        """
+        """Give how far the journal is in the bearing's wall, and the rate of that, ``(1, states)`` each."""
         size, normal = _polar(state.gap)
         return (size - self.stated.radial)[None], np.sum(normal * state.gap_rate, axis=-1)[None]
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
-        """Give what the bearing exerts on the journal: normal force and friction at the bearing's wall.
-
-        Parameters
-        ----------
-        time, state, touching
-            As of `JointLaw`.
-        """
+        """Give what the bearing exerts on the journal: normal force and friction at the bearing's wall."""
         size, normal = _polar(state.gap)
         if not touching.closed[0]:
             return Wrench(np.zeros_like(normal), np.zeros_like(size), np.zeros_like(normal))

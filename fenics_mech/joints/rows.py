@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
+import numpy as np
+
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End
 from fenics_mech.terms import Measure
@@ -39,6 +41,10 @@ class Row:
     def leads(self) -> bool:
         """Whether it is a drive."""
         return callable(self.value)
+
+    def at(self, t: Array) -> Array:
+        """Give its value at some instants ``(instants,)``."""
+        return np.asarray(self.value(t)) if callable(self.value) else np.full(len(t), self.value)
 
 
 class Riding(IntEnum):

@@ -19,26 +19,16 @@ STEP = 1e-4  # of Stribeck's speed, for the slope of its fall
 
 
 class Rubbing(Term):
-    """Dry friction at a pin or a slider, with its viscous share.
+    """Dry friction at a pin or a slider, with its viscous share."""
 
-    Newton's method takes it as an unknown of its own: where it sticks, a small change of the speed goes from one limit
-    to the other. It is held on its law where the last step predicted it, and it is linear in the speed about there.
-
-    Parameters
-    ----------
-    pair, measure
-        Ends, and the measure that is the joint's angle or stroke.
-    stated
-        What the scene states.
-    rows
-        Numbers of the rows that press the bodies against each other.
-    start
-        Angle within half a turn of that at the start (rad).
-    """
+    # Newton's method takes it as an unknown of its own: where it sticks, a small change of the speed goes from one
+    # limit to the other. It is held on its law where the last step predicted it, and it is linear in the speed about
+    # there.
 
     def __init__(
         self, pair: tuple[End, End], measure: Measure, stated: Friction, rows: Sequence[int], start: float
     ) -> None:
+        # start (rad)
         super().__init__([pair])
         self.measures, self.stated, self.rows, self.start = (measure,), stated, tuple(rows), start
         self.held: float | None = None  # friction on the second body at rest, which holds it (N m, N)
@@ -48,13 +38,7 @@ class Rubbing(Term):
         return np.full((len(t), 1, 1), self.start)
 
     def turned_unseen(self, rate: Array) -> bool:
-        """Say whether sliding turned round between instants, none of which shows how friction changed ``(instants,)``.
-
-        Parameters
-        ----------
-        rate
-            Rates of its measure.
-        """
+        """Say whether sliding turned round between instants, which do not show how friction changed ``(instants,)``."""
         scaled = ((self.stated.radius or 1.0) * rate - self.stated.belt_speed) / self.stated.width
         return bool(
             ((scaled[1:] * scaled[:-1] < 0) & (np.abs(scaled[1:]) > SLIDES) & (np.abs(scaled[:-1]) > SLIDES)).any()
@@ -63,17 +47,8 @@ class Rubbing(Term):
     def respond(
         self, t: Array, x: Array, v: Array, pulls: Array | None = None, predicted: Array | None = None
     ) -> Response:
-        """Give minus the friction on the second body: its coefficient times the size of the joint's force.
-
-        Parameters
-        ----------
-        t, x, v
-            As of every term.
-        pulls
-            Multipliers of the rows ``(instants, rows)`` (N).
-        predicted
-            The stress that the last step predicted, by which it is held; None where it is by its law.
-        """
+        """Give minus the friction on the second body: its coefficient times the size of the joint's force."""
+        # pulls (instants, rows) (N)
         if self.held is not None:
             return Response(np.full_like(x, -self.held))
         assert pulls is not None

@@ -16,18 +16,10 @@ from fenics_mech.terms.causes import Cause
 
 @dataclass(frozen=True)
 class OneSide:
-    """A pin of the second body on one side of a guide of the first.
+    """A pin of the second body on one side of a guide of the first."""
 
-    Parameters
-    ----------
-    joint
-        Where it is.
-    stated
-        What the scene states.
-    """
-
-    joint: JointPlace
-    stated: SideContact
+    joint: JointPlace  # where it is
+    stated: SideContact  # what the scene states
     cause = Cause.CONTACTS
     begins_open = True
     contacts = 1
@@ -38,13 +30,7 @@ class OneSide:
         return normal, state.gap_rate - state.turning[0][:, None] * quarter(state.gap)
 
     def depths(self, state: JointState) -> tuple[Array, Array]:
-        """Give how far the pin is beyond the guide, and the rate of that, ``(1, states)`` each.
-
-        Parameters
-        ----------
-        state
-            How the bodies move.
-        """
+        """Give how far the pin is beyond the guide, and the rate of that, ``(1, states)`` each."""
         (normal, speed), (lower, upper) = self._seen(state), self.joint.ends
         # beyond an end of the guide nothing touches
         depths = np.stack([-np.sum(normal * state.gap, axis=-1), state.place - lower, upper - state.place])
@@ -53,13 +39,7 @@ class OneSide:
         return np.take_along_axis(depths, least, axis=0), np.take_along_axis(rates, least, axis=0)
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
-        """Give what the guide exerts on the pin: normal force and friction.
-
-        Parameters
-        ----------
-        time, state, touching
-            As of `JointLaw`.
-        """
+        """Give what the guide exerts on the pin: normal force and friction."""
         none = np.zeros_like(state.gap)
         if not touching.closed[0]:
             return Wrench(none, np.zeros_like(state.place), none)

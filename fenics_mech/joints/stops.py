@@ -15,18 +15,10 @@ from fenics_mech.terms.causes import Cause
 
 @dataclass(frozen=True)
 class StopContact:
-    """The stops of a joint.
+    """The stops of a joint."""
 
-    Parameters
-    ----------
-    joint
-        Where they are.
-    stated
-        What the scene states.
-    """
-
-    joint: JointPlace
-    stated: Stop
+    joint: JointPlace  # where they are
+    stated: Stop  # what the scene states
     cause = Cause.CONTACTS
     begins_open = True
 
@@ -42,24 +34,12 @@ class StopContact:
         return len(self._limits)
 
     def depths(self, state: JointState) -> tuple[Array, Array]:
-        """Give how far the joint is beyond each stop, and the rate of that, ``(contacts, states)`` each.
-
-        Parameters
-        ----------
-        state
-            How the bodies move.
-        """
+        """Give how far the joint is beyond each stop, and the rate of that, ``(contacts, states)`` each."""
         beyond = [sign * (state.place - limit) for sign, limit in self._limits]
         return np.array(beyond), np.array([sign * state.rate for sign, _ in self._limits])
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
-        """Give what the stops exert on the second body.
-
-        Parameters
-        ----------
-        time, state, touching
-            As of `JointLaw`.
-        """
+        """Give what the stops exert on the second body."""
         pushed = np.zeros_like(state.place)
         depths, rates = self.depths(state)
         for (sign, _), depth, rate, closed, speed in zip(self._limits, depths, rates, touching.closed, touching.speed):

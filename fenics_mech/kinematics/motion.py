@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fenics_mech._arrays import Array, solved
-from fenics_mech.kinematics.loops import Loops
-
-if TYPE_CHECKING:
-    from fenics_mech.kinematics.linkage import Linkage, Path
+from fenics_mech._arrays import Array
 
 
 @dataclass(frozen=True)
@@ -33,9 +28,6 @@ class Motion:
     free
         Small motions of the frames (m, m, rad) that the joints of a linkage at rest leave, ``(motions, links, 3)``; see
         `free_motions`. With drives there are none.
-    path, rate, linkage
-        The positions of which this is the motion at a constant rate of the drive coordinate (rad/s), where it is one,
-        and the linkage that finds them at other angles. A copy with anything else in it has none.
     """
 
     theta: Array
@@ -48,22 +40,13 @@ class Motion:
     omega: Array
     alpha: Array
     free: Array = field(default_factory=lambda: np.zeros((0, 0, 3)))
-    path: Path | None = field(default=None, init=False, repr=False)
-    rate: float = field(default=0.0, init=False, repr=False)
-    linkage: Linkage | None = field(default=None, init=False, repr=False)
 
     def part(self, angles: slice) -> Motion:
-        """Give the motion at some of the angles.
-
-        Parameters
-        ----------
-        angles
-            Which of them.
-        """
+        """Give the motion at some of the angles."""
         if angles.indices(len(self.theta)) == (0, len(self.theta), 1):
             return self
         whole = ("links", "free")
-        arrays = {f.name: getattr(self, f.name)[angles] for f in fields(self) if f.init and f.name not in whole}
+        arrays = {f.name: getattr(self, f.name)[angles] for f in fields(self) if f.name not in whole}
         return replace(self, **arrays)
 
     def held(self) -> Motion:
@@ -72,15 +55,8 @@ class Motion:
         return replace(self, **rates)
 
     def of_point(self, link: str, point: tuple[float, float]) -> tuple[Array, Array, Array]:
-        """Position, velocity and acceleration of a point of a link or the ground, each of shape ``(angles, 2)``.
-
-        Parameters
-        ----------
-        link
-            Name of the link, or "ground".
-        point
-            The point in its frame (m).
-        """
+        """Position, velocity and acceleration of a point of a link or the ground, each of shape ``(angles, 2)``."""
+        # point (m)
         if link == "ground":
             place = np.broadcast_to(np.array(point, dtype=float), (len(self.theta), 2))
             return place, np.zeros_like(place), np.zeros_like(place)
@@ -96,65 +72,7 @@ class Motion:
         )
 
 
-def as_motion(loops: Loops, theta: Array, time: Array, q: Array, velocity: Array, acceleration: Array) -> Motion:
-    """Label the coordinates of the loops and their time derivatives, each ``(angles, 3 links)``.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-    theta
-        Drive angles (rad), ``(angles,)``.
-    time
-        Times (s), ``(angles,)``.
-    q, velocity, acceleration
-        The coordinates (m, rad) and their time derivatives.
-    """
-    poses, rates, seconds = (array.reshape(len(q), -1, 3) for array in (q, velocity, acceleration))
-    return Motion(
-        theta=theta,
-        time=time,
-        links=loops.links,
-        position=poses[..., :2],
-        velocity=rates[..., :2],
-        acceleration=seconds[..., :2],
-        angle=poses[..., 2],
-        omega=rates[..., 2],
-        alpha=seconds[..., 2],
-    )
-
-
 def coordinates(vectors: Array, angles: Array) -> Array:
-    """Put x, y ``(angles, links, 2)`` and angles ``(angles, links)``, or their rates, into ``(angles, 3 links)``.
-
-    Parameters
-    ----------
-    vectors
-        x and y of each link's origin (m), or their rates.
-    angles
-        Angle of each link (rad), or its rate.
-    """
+    """Put x, y ``(angles, links, 2)`` and angles ``(angles, links)``, or their rates, into ``(angles, 3 links)``."""
+    # vectors (m); angles (rad)
     return np.concatenate([vectors, angles[..., None]], axis=-1).reshape(len(angles), -1)
-
-
-def rates_by_drives(loops: Loops, q: Array, first: Array, second: Array) -> tuple[Array, Array]:
-    """First and second derivative of the coordinates by those of the drives, each ``(positions, 3 links)``.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-    q
-        Coordinates of the links, ``(positions, 3 links)``.
-    first, second
-        Derivatives of the drives' angles and strokes, ``(positions, drives)`` each.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        When the drives do not say how the links move.
-    """
-    jacobian = loops.jacobian(q)
-    rate = solved(jacobian, loops.driven(first))  # (6.2) for all loops
-    forced = loops.driven(second) - loops.convective(q, rate)
-    return rate, solved(jacobian, forced)  # (6.3)

@@ -21,18 +21,7 @@ from fenics_mech.scene.applied_loads import AnyLoad, LineLoad, Load, Varying
 from fenics_mech.scene.joints import Prismatic, Slot
 from fenics_mech.scene.springs_dampers import Hinge, HingeSpring, Line
 from fenics_mech.scene.state_factors import FactorFormula, StateFactor
-from fenics_mech.terms import (
-    AirForce,
-    AlongBeams,
-    Damper,
-    LineForce,
-    Look,
-    Measure,
-    OverState,
-    PointLoad,
-    Spring,
-    Term,
-)
+from fenics_mech.terms import AirForce, AlongBeams, Damper, LineForce, Look, Measure, OverState, PointLoad, Spring, Term
 
 
 class Ends(Protocol):
@@ -43,26 +32,7 @@ class Ends(Protocol):
 
 
 def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: LinkMatrices | None) -> dict[str, Term]:
-    """Add springs, dampers, loads and drag, and give their terms by place in the scene, such as "loads.gas".
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    machine
-        Its machine, with all poses.
-    at
-        Ends at points of links.
-    bodies
-        The links as rigid bodies, by which whole turns of hinges count.
-    links
-        The links that bend; None where all are rigid.
-
-    Raises
-    ------
-    SceneError
-        When the scene has what no term states yet.
-    """
+    """Add springs, dampers, loads and drag, and give their terms by place in the scene, such as "loads.gas"."""
     acting: dict[str, Term] = {}
     for name, spring in scene.springs.items():
         pair, look, near = _between(scene, at, spring, bodies)
@@ -93,7 +63,7 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
     machine.drag = Drag(damping.external, damping.relative)
     if damping.air is not None and links is not None:
         mesh = links.mesh
-        width = np.array([damping.air.width_of(scene, label) for label in mesh.members])
+        width = np.array([scene.drag_width(label) for label in mesh.members])
         factor = damping.air.density * damping.air.coefficient * width[mesh.cell_member] / 2
         _refuse_offsets(links, range(len(factor)), "damping.air")
         acting["damping.air"] = AlongBeams(machine.at_ground(), machine.beams, range(len(factor)), AirForce(factor))

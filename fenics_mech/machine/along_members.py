@@ -24,19 +24,8 @@ ROUNDING = 1e-12  # of a member
 
 
 def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, bent: bool = True) -> Sections:
-    """Give the forces in sections at stations of all members, ``(instants, members, stations)`` each.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    found, a
-        Its residual, and the accelerations with the multipliers there ``(instants, size)``.
-    s
-        Stations along every member, 0..1.
-    bent
-        As of `inside`.
-    """
+    """Give the forces in sections at stations of all members, ``(instants, members, stations)`` each."""
+    # found, a (instants, size)
     assert made.links is not None
     mesh, machine, scene = made.links.mesh, made.machine, made.scene
     lumped = made.links.inertia.spread is not None
@@ -76,13 +65,7 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
 
 
 def on_elements(made: SceneMachine, found: Evaluation, a: Array) -> EndForces:
-    """Give what holds all elements at their ends, also against loads along them and pins that ride on them.
-
-    Parameters
-    ----------
-    made, found, a
-        As of `along_members`.
-    """
+    """Give what holds all elements at their ends, also against loads along them and pins that ride on them."""
     machine = made.machine
     pairs = zip(machine.terms, found.terms)
     loads = [(term, here.response.stress) for term, here in pairs if isinstance(term, AlongBeams)]
@@ -91,17 +74,7 @@ def on_elements(made: SceneMachine, found: Evaluation, a: Array) -> EndForces:
 
 
 def cubic_places(made: SceneMachine, found: Evaluation, s: Array) -> Array:
-    """Give places on the polynomials between the nodes, ``(instants, members, stations, 2)`` (m).
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    found
-        Its residual.
-    s
-        Stations along every member, 0..1.
-    """
+    """Give places on the polynomials between the nodes, ``(instants, members, stations, 2)`` (m)."""
     assert made.links is not None
     mesh, machine = made.links.mesh, made.machine
     elements, places, _ = elements_at(mesh, s)
@@ -110,17 +83,8 @@ def cubic_places(made: SceneMachine, found: Evaluation, s: Array) -> Array:
 
 
 def elements_at(mesh: BeamMesh, s: Array) -> tuple[Index, Array, list[tuple[str, Array, Array]]]:
-    """Give the element of every station of all members, and its place in it, 0..1 ``(members * stations,)``.
-
-    Of each member come its name, and the starts and lengths of these elements as shares of it.
-
-    Parameters
-    ----------
-    mesh
-        The mesh of the members.
-    s
-        Stations along every member, 0..1.
-    """
+    """Give the element of every station of all members, and its place in it, 0..1 ``(members * stations,)``."""
+    # Of each member come its name, and the starts and lengths of these elements as shares of it.
     elements, places, parts = [], [], []
     for number, label in enumerate(mesh.members):
         cells = np.nonzero(mesh.cell_member == number)[0]

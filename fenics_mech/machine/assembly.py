@@ -14,9 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array, Index, solved
 from fenics_mech._constants import TURN
-from fenics_mech.joints import Row
 from fenics_mech.machine.machine import Machine
 from fenics_mech.terms import Look
 
@@ -32,21 +31,11 @@ SAME = 1e-5  # rad, or of the extent: at a dead centre two assemblies are one to
 
 @dataclass(frozen=True)
 class Assemblies:
-    """What a search found.
+    """What a search found."""
 
-    Parameters
-    ----------
-    q
-        Coordinates of every assembly, the nearest to the drawn position first, ``(assemblies, size)``.
-    rest
-        Coordinates that leave the least open, where there is none, ``(size,)``.
-    names
-        Of the rows that may stay open then.
-    """
-
-    q: Array
-    rest: Array
-    names: frozenset[str] = frozenset()
+    q: Array  # coordinates of every assembly, the nearest to the drawn position first, (assemblies, size)
+    rest: Array  # coordinates that leave the least open, where there is none, (size,)
+    names: frozenset[str] = frozenset()  # of the rows that may stay open then
 
 
 def units_of(machine: Machine) -> Array:
@@ -57,10 +46,8 @@ def units_of(machine: Machine) -> Array:
 
 
 def left_open(machine: Machine, t: float | Array, q: Array) -> tuple[Array, Array]:
-    """Give what all rows miss, and its derivatives, without units: ``(positions, rows)`` and ``(..., coordinates)``.
-
-    `t` is an instant, or one for each position.
-    """
+    """Give what all rows miss, and its derivatives, without units: ``(positions, rows)`` and ``(..., coordinates)``."""
+    # `t` is an instant, or one for each position.
     n, pattern, zero = machine.n, machine.pattern, np.zeros_like(q)
     t = np.broadcast_to(t, len(q))
     found = machine.residual(t, q, zero, zero, loads=0.0, moving=False)
@@ -68,21 +55,26 @@ def left_open(machine: Machine, t: float | Array, q: Array) -> tuple[Array, Arra
     by = (row >= n) & (column < n)
     derivatives = np.zeros((len(q), machine.size - n, n))
     derivatives[:, row[by] - n, column[by]] = found.K[:, by]
-    sizes = _sizes(machine, t)
-    return found.force[:, n:] / sizes, derivatives * units_of(machine) / sizes[..., None]
+    sizes = _sizes(machine)
+    return found.force[:, n:] / sizes, derivatives * units_of(machine) / sizes[:, None]
 
 
-def _sizes(machine: Machine, t: Array) -> Array:
-    """Give the size of every row, by which it is without units ``(instants, rows)``."""
-    sizes = np.full((len(t), machine.size - machine.n), machine.arm)
-    for k, one in enumerate(machine.rows):
-        if one.measure.look in {Look.ALIGNED, Look.ANGLE}:
-            sizes[:, k] = 1 + np.abs(_value(one, t))  # angles of many turns have fewer digits
+def _sizes(machine: Machine) -> Array:
+    """Give the size of every row, by which it is without units ``(rows,)``."""
+    sizes = np.full(machine.size - machine.n, machine.arm)
+    for k, row in enumerate(machine.rows):
+        if row.measure.look in {Look.ALIGNED, Look.ANGLE}:
+            sizes[k] = 1.0
     return sizes
 
 
-def _value(row: Row, t: Array) -> Array:
-    return np.asarray(row.value(t) if callable(row.value) else np.full(len(t), row.value))
+def judged(machine: Machine, t: Array, missed: Array) -> Array:
+    """Give what rows miss without units, over how exactly they can be met: angles of many turns have fewer digits."""
+    found = missed.copy()
+    for k, row in enumerate(machine.rows):
+        if row.measure.look in {Look.ALIGNED, Look.ANGLE}:
+            found[:, k] /= 1 + np.abs(row.at(t))
+    return found
 
 
 def closed(
@@ -93,33 +85,15 @@ def closed(
     columns: Index | None = None,
     most: int = MOST,
 ) -> tuple[Array, Array]:
-    """Meet rows by Newton's method with the least changes, from many positions at once.
-
-    Parameters
-    ----------
-    machine
-        The machine; what its terms and masses do does not count.
-    t
-        Instant of its drives, or one for each position (s).
-    q
-        Where to begin ``(positions, size)``.
-    rows, columns
-        Rows to be met, and coordinates that may change; all of them by default.
-    most
-        Steps.
-
-    Returns
-    -------
-    tuple
-        Coordinates ``(positions, size)``, and the most that rows miss there, without units ``(positions,)``.
-    """
+    """Meet rows by Newton's method with the least changes, from many positions at once."""
+    # q (positions, size)
     q, columns = q.copy(), np.arange(machine.n) if columns is None else columns
     is_turn = np.isin(columns, machine.places[:, machine.geometry.d :])
     gaps, t = np.full(len(q), np.inf), np.broadcast_to(t, len(q))
     going = np.arange(len(q))
     for step in range(most + 1):
         missed, J = left_open(machine, t[going], q[going])
-        gaps[going] = np.abs(missed[:, rows]).max(axis=1, initial=0.0)
+        gaps[going] = np.abs(judged(machine, t[going], missed)[:, rows]).max(axis=1, initial=0.0)
         kept = gaps[going] > CLOSED
         going = going[kept]
         if step == most or not len(going):
@@ -134,58 +108,28 @@ def closed(
 def rates_of(
     machine: Machine, t: Array, q: Array, first: Array, second: Array, J: Array | None = None
 ) -> tuple[Array, Array]:
-    """Give rates and accelerations of bodies that meet all rows, by those that the rows demand.
-
-    Parameters
-    ----------
-    machine
-        The machine, whose chart rests.
-    t, q
-        Instants (s) and coordinates there ``(instants, size)``.
-    first, second
-        Rates of the rows' values, and their second rates ``(instants, rows)``.
-    J
-        Derivatives of the rows, as `left_open` gives them there; None where they are not known.
-
-    Returns
-    -------
-    tuple
-        Rates and accelerations ``(instants, size)`` each.
-    """
-    n, zero, sizes = machine.n, np.zeros_like(q), _sizes(machine, t)
+    """Give rates and accelerations of bodies that meet all rows, by those that the rows demand."""
+    # t, q (instants, size) (s); first, second (instants, rows)
+    n, zero, sizes = machine.n, np.zeros_like(q), _sizes(machine)
     J = left_open(machine, t, q)[1] if J is None else J
-    back = np.linalg.inv(J) if J.shape[1] == J.shape[2] else np.linalg.pinv(J, SMALLEST)
 
-    def solved(demanded: Array) -> Array:
-        found = zero.copy()
-        found[:, :n] = (back @ (demanded / sizes)[..., None])[..., 0] * units_of(machine)
+    def moved(demanded: Array) -> Array:
+        found, right = zero.copy(), demanded / sizes
+        square = J.shape[1] == J.shape[2]
+        rates = solved(J, right) if square else (np.linalg.pinv(J, SMALLEST) @ right[..., None])[..., 0]
+        found[:, :n] = rates * units_of(machine)
         return found
 
-    v = solved(first)
-    values = np.stack([_value(row, t) for row in machine.rows], axis=1)[..., None]
+    v = moved(first)
+    values = np.stack([row.at(t) for row in machine.rows], axis=1)[..., None]
     measured = machine.row_group.measure(machine.moved(t, q, v, zero), values)
     of_rates = np.einsum("temn,ten->te", measured.rate_by_variables, measured.ways)
-    return v, solved(second - of_rates)
+    return v, moved(second - of_rates)
 
 
 def led(machine: Machine, q: Array, instants: Array) -> tuple[Array, np.ndarray]:
-    """Follow drives from instant to instant, from many positions at once.
-
-    Parameters
-    ----------
-    machine
-        The machine.
-    q
-        Coordinates at the first instant ``(positions, size)``.
-    instants
-        s.
-
-    Returns
-    -------
-    tuple
-        Coordinates ``(instants, positions, size)``, and whether the drives can lead on from each position, and the
-        motion goes on in one way: then the determinant of all rows keeps its sign.
-    """
+    """Follow drives from instant to instant, from many positions at once."""
+    # q (positions, size)
     found, runs, side = [q, q], np.ones(len(q), dtype=bool), None
     for t in instants:
         here = found[-1].copy()
@@ -200,22 +144,8 @@ def led(machine: Machine, q: Array, instants: Array) -> tuple[Array, np.ndarray]
 
 
 def assemblies(machine: Machine, t: float, weight: Array) -> Assemblies:
-    """Search for all ways in which the bodies of a plane machine come together.
-
-    Parameters
-    ----------
-    machine
-        The machine as it is roughly drawn.
-    t
-        Instant of its drives (s).
-    weight
-        Of every coordinate in the distance from the drawn position ``(coordinates,)``.
-
-    Returns
-    -------
-    Assemblies
-        All that were found. Where the drives leave something free, that alone which is nearest.
-    """
+    """Search for all ways in which the bodies of a plane machine come together."""
+    # weight (coordinates,)
     turns = machine.places[machine.places[:, 2] >= 0, 2]
     found, unsolved = np.zeros((1, machine.size)), np.ones(machine.n, dtype=bool)
     for rows, columns in _groups(machine, t):
@@ -257,11 +187,9 @@ def _groups(machine: Machine, t: float) -> list[tuple[Index, Index]]:
 
 
 def _starts(found: Array, turns: Index) -> Array:
-    """Give where to begin ``(starts, size)``: each found position with the turns of a group at many angles.
-
-    They are an additive recurrence, which spreads evenly over a cube: Roberts, The unreasonable effectiveness of
-    quasirandom sequences (2018). Its base is the root above 1 of x^(n + 1) = x + 1.
-    """
+    """Give where to begin ``(starts, size)``: each found position with the turns of a group at many angles."""
+    # They are an additive recurrence, which spreads evenly over a cube: Roberts, The unreasonable effectiveness of
+    # quasirandom sequences (2018). Its base is the root above 1 of x^(n + 1) = x + 1.
     count = min(STARTS * 2 ** (len(turns) - 1), MOST_STARTS) if len(turns) else 1
     base = 2.0
     for _ in range(30):
@@ -273,10 +201,8 @@ def _starts(found: Array, turns: Index) -> Array:
 
 
 def _apart(machine: Machine, q: Array, turns: Index, weight: Array) -> Array:
-    """Give positions without those that are there already, the nearest to the drawn one first.
-
-    Of mirrored ones, which are as near, that one is first whose bodies are turned counter-clockwise.
-    """
+    """Give positions without those that are there already, the nearest to the drawn one first."""
+    # Of mirrored ones, which are as near, that one is first whose bodies are turned counter-clockwise.
     q, n = q.copy(), machine.n
     q[:, turns] = _within_half(q[:, turns])
     sizes = q[:, :n] / units_of(machine)

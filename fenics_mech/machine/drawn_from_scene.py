@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -31,47 +31,61 @@ Law = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """The links of a scene as rigid bodies: pose k + 1 is that of link k, its place the link's origin.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    machine
-        Poses as they are roughly drawn, with rows of joints, drives and freedoms.
-    angles
-        Rough angles ``(links,)`` (rad).
-    q
-        Coordinates at the start ``(size,)``.
-    """
+    """The links of a scene as rigid bodies: pose k + 1 is that of link k, its place the link's origin."""
 
     scene: Scene
-    machine: Machine
-    angles: Array
-    q: Array
+    joints: Mapping[str, Joint]  # that hold them
+    laws: Mapping[str, Law]  # of drives and freedoms, by joint
+    machine: Machine  # poses as they are roughly drawn, with rows of joints, then of these laws
+    angles: Array  # rough angles (links,) (rad)
+    stated: np.ndarray  # whether the scene states them, and no drive leads the link (links,)
+    q: Array  # coordinates at the start (size,)
+    searched: bool = False  # whether the rough angles led to no assembly
+
+    @property
+    def drawn(self) -> Array:
+        """Places and angles as they are roughly drawn ``(3 links,)`` (m, rad)."""
+        return np.column_stack([np.array(self.machine.r)[1:], self.angles]).ravel()
+
+    @property
+    def links(self) -> Array:
+        """Places and angles at the start ``(3 links,)`` (m, rad)."""
+        return np.asarray(self.drawn + self.q[: self.machine.n])
+
+    @property
+    def freedoms(self) -> list[str]:
+        """Freedoms by which they are led."""
+        return [name for name in self.laws if name in self.scene.freedoms]
+
+    def at_links(self, links: Array) -> Bodies:
+        """Give the bodies at other places and angles ``(3 links,)`` (m, rad)."""
+        return replace(self, q=np.pad(links - self.drawn, (0, self.machine.size - self.machine.n)))
+
+    def misled(self, q: Array) -> np.ndarray:
+        """Say which links are far from rough angles that the scene states ``(links,)``."""
+        return self.stated & (np.cos(q[2 : self.machine.n : 3]) < math.cos(FARTHEST))
+
+    def search(self) -> Assemblies:
+        """Search for all ways in which the links come together, the nearest to how they are drawn first."""
+        weight = [[link.position is not None] * 2 + [True] for link in self.scene.links.values()]
+        return assemblies(self.machine, 0.0, np.array(weight, dtype=float).ravel())
 
     def frames(self) -> dict[str, tuple[Array, Array]]:
         """Give place and axes of every link, and of the ground."""
-        at = zip(self.scene.links, self.machine.r[1:], self.q[: self.machine.n].reshape(-1, 3), self.angles)
-        made = {name: (rough + q[:2], PLANE.turn(angle + q[2:])) for name, rough, q, angle in at}
-        return {"ground": (np.zeros(2), np.eye(2))} | made
+        poses = self.links.reshape(-1, 3)
+        return {"ground": (np.zeros(2), np.eye(2))} | dict(
+            zip(self.scene.links, zip(poses[:, :2], PLANE.turn(poses[:, 2:])))
+        )
 
     @property
     def at_start(self) -> dict[str, float]:
         """Angles of the ground, 0, and of all links at the start, by name (rad)."""
-        return {"ground": 0.0} | dict(zip(self.scene.links, self.angles + self.q[2 : self.machine.n : 3]))
+        return {"ground": 0.0} | dict(zip(self.scene.links, self.links[2::3]))
 
     @cached_property
     def turned(self) -> Array:
-        """Angles of the ground, 0, and of all links, at even instants from the start to the end of the cycle (rad).
-
-        They are those of the start alone where nothing drives the links.
-
-        Raises
-        ------
-        AssemblyError
-            When the drives cannot lead the links through their cycle.
-        """
+        """Angles of the ground, 0, and of all links, at even instants from the start to the end of the cycle (rad)."""
+        # They are those of the start alone where nothing drives the links.
         (found, (runs,)) = led(self.machine, self.q[None], _cycle(self.scene))
         if not runs:
             raise AssemblyError("the drives cannot lead the links, which do not bend, through their cycle")
@@ -80,36 +94,14 @@ class Bodies:
 
 
 def bodies_of(scene: Scene) -> Bodies:
-    """Put the links of a scene together at the start.
-
-    They follow from the rough angles of the links. Where these lead to no assembly, all are searched for. Taken is the
-    nearest to the rough angles that lets the drives run through their cycle. Joints with a clearance or a bushing are
-    tight, where the links can be assembled so.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    AssemblyError
-        When the loops of its links cannot be closed, or rough angles mislead.
-    """
-    laws: dict[str, Law] = {}
-    for number, drive in enumerate(scene.drives):
-        laws[drive.joint] = law_of(scene, number)
-    for name, freedom in scene.freedoms.items():
-        laws[name] = _constant(freedom.start or 0.0)
+    """Put the links of a scene together at the start, with tight pins where they have clearance, if that can be."""
     try:
-        return _assembled(scene, scene.joints, laws)
+        return put_together(scene, scene.joints, scene.freedoms)
     except AssemblyError:
         if not scene.open_joints:
             raise
-    for name, freedom in scene.freedoms.items():
-        if freedom.start is None:
-            del laws[name]
-    return _assembled(scene, scene.constraints, laws)
+    stated = [name for name, freedom in scene.freedoms.items() if freedom.start is not None]
+    return put_together(scene, scene.constraints, stated)
 
 
 def law_of(scene: Scene, number: int, clock: Law | None = None) -> Law:
@@ -138,36 +130,42 @@ def _constant(value: float) -> Law:
     return lambda t: np.full(len(t), value)
 
 
-def _assembled(scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law]) -> Bodies:
-    """Put links together whose joints hold tight, by rough angles or a search."""
+def drawn_bodies(scene: Scene, joints: Mapping[str, Joint], freedoms: Collection[str]) -> Bodies:
+    """Draw links by their rough angles, as drives and some freedoms lead them, whose joints need not meet."""
+    laws: dict[str, Law] = {}
+    for number, drive in enumerate(scene.drives):
+        laws[drive.joint] = law_of(scene, number)
+    for name in freedoms:
+        laws[name] = _constant(scene.freedoms[name].start or 0.0)
     angles, stated = _rough_angles(scene, joints, laws)
     machine = _drawn(scene, joints, laws, angles)
-    (q,), gap = closed(machine, 0.0, np.zeros((1, machine.size)))
-    if gap[0] < MET and not (stated & _far(machine, q)).any():
-        return Bodies(scene, machine, angles, q)
-    weight = np.array([[link.position is not None] * 2 + [True] for link in scene.links.values()], dtype=float).ravel()
-    search = assemblies(machine, 0.0, weight)
+    return Bodies(scene, joints, laws, machine, angles, stated, np.zeros(machine.size))
+
+
+def put_together(scene: Scene, joints: Mapping[str, Joint], freedoms: Collection[str]) -> Bodies:
+    """Put links together whose joints hold tight, with drives and some freedoms at their start."""
+    # They follow from the rough angles of the links. Where these lead to no assembly, all are searched for. Taken is
+    # the nearest to the rough angles that lets the drives run through their cycle.
+    bodies = drawn_bodies(scene, joints, freedoms)
+    machine = bodies.machine
+    (q,), gap = closed(machine, 0.0, bodies.q[None])
+    meant = gap[0] < MET
+    if meant and not bodies.misled(q).any():
+        return replace(bodies, q=q)
+    search = bodies.search()
     if not len(search.q):
-        raise AssemblyError(_impossible(scene, joints, laws, angles, weight, search))
-    found = list(search.q)
-    if gap[0] < MET:
-        found = [one for one in found if not (stated & _far(machine, one)).any()]
+        raise AssemblyError(_impossible(bodies, search))
+    found = [one for one in search.q if not (meant and bodies.misled(one).any())]
     if not found:
-        raise AssemblyError(_misled(scene, angles, machine, q, stated, search.q[:LISTED]))
+        raise AssemblyError(_misled(bodies, q, search.q[:LISTED]))
+    runs = np.zeros(1, dtype=bool)
     if len(machine.rows) >= machine.n and len(found) > 1 and scene.drives and not scene.freedoms:
         runs = led(machine, np.array(found[:TRIED]), _cycle(scene))[1]
-        return Bodies(scene, machine, angles, found[int(np.argmax(runs))])  # the first if none does
-    return Bodies(scene, machine, angles, found[0])
+    return replace(bodies, q=found[int(np.argmax(runs))], searched=True)  # the first if none does
 
 
 def _rough_angles(scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law]) -> tuple[Array, np.ndarray]:
-    """Give the rough angles of links (rad), as drives lead them, and which of them a scene states.
-
-    Raises
-    ------
-    AssemblyError
-        Where stated ones contradict a joint that leaves its two bodies no angle between them.
-    """
+    """Give the rough angles of links (rad), as drives lead them, and which of them a scene states."""
     names = ["ground", *scene.links]
     angle = np.array([0.0, *(link.angle for link in scene.links.values())])
     stated = angle != 0
@@ -201,11 +199,20 @@ def _drawn(scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law], a
     places = {0: np.zeros(2)} | {
         numbers[name]: np.array(link.position) for name, link in scene.links.items() if link.position is not None
     }
+
+    def ends(joint: Joint) -> list[End]:
+        turn, found = (
+            PLANE.turn(np.array([scene.guide_angle(joint) if isinstance(joint, Slot | Prismatic) else 0.0])),
+            [],
+        )
+        for body, point in map(scene.point, joint.connect):
+            found.append(End(numbers[body], np.array(point), turn))
+        return found
+
     pairs: list[tuple[str, Joint, End, End]] = []
     for name, joint in sorted(joints.items(), key=lambda item: isinstance(item[1], Slot | Prismatic)):
-        turn = PLANE.turn(np.array([scene.guide_angle(joint) if isinstance(joint, Slot | Prismatic) else 0.0]))
-        first, *others = ((numbers[body], np.array(point)) for body, point in map(scene.point, joint.connect))
-        pairs += [(name, joint, End(*first, turn), End(*other, turn)) for other in others]
+        one, *others = ends(joint)
+        pairs += [(name, joint, one, other) for other in others]
     while len(places) < len(numbers):
         for *_, one, other in pairs:
             if (one.pose in places) != (other.pose in places):
@@ -216,43 +223,35 @@ def _drawn(scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law], a
             places[min(set(numbers.values()) - set(places))] = np.zeros(2)  # nothing leads from the ground to it
     for k in range(1, len(numbers)):
         machine.add_pose(places[k], axes[k])
-    first_pair: dict[str, tuple[End, End]] = {}
     for name, joint, one, other in pairs:
         pair = one, other
-        first_pair.setdefault(name, pair)
         machine.join("slot" if isinstance(joint, Slot | Prismatic) else "revolute", pair, name=name)
         if isinstance(joint, Weld | Prismatic):
             held = joint.angle if isinstance(joint, Weld) else joint.turn
             machine.rows.append(Row(pair, Measure(Look.ANGLE), held, name=name))
     for name, law in laws.items():
         freedom = "stroke" if isinstance(scene.joints[name], Slot | Prismatic) else "angle"
-        machine.drive(scene.joints[name].kind, freedom, first_pair[name], law, name)
+        one, other, *_ = ends(scene.joints[name])
+        machine.drive(scene.joints[name].kind, freedom, (one, other), law, name)
     return machine
 
 
-def _far(machine: Machine, q: Array) -> np.ndarray:
-    """Say which links are far from their rough angles ``(links,)``."""
-    return np.cos(q[2 : machine.n : 3]) < math.cos(FARTHEST)
-
-
-def _misled(scene: Scene, angles: Array, machine: Machine, q: Array, stated: np.ndarray, ways: Array) -> str:
+def _misled(bodies: Bodies, q: Array, ways: Array) -> str:
     """Say which link its rough angle misled, and how the linkage can be assembled."""
-    k, turned = int(np.argmax(stated & _far(machine, q))), slice(2, machine.n, 3)
-    listed = (", ".join(f"{name} at {_degrees(x)}" for name, x in zip(scene.links, angles + q[turned])) for q in ways)
+    k, turned, names = int(np.argmax(bodies.misled(q))), slice(2, bodies.machine.n, 3), list(bodies.scene.links)
+    angles = bodies.angles
+    listed = (", ".join(f"{name} at {_degrees(x)}" for name, x in zip(names, angles + way[turned])) for way in ways)
     return (
-        f"at drive angle 0 link {list(scene.links)[k]} came to lie at {_degrees(angles[k] + q[turned][k])}, far from "
+        f"at drive angle 0 link {names[k]} came to lie at {_degrees(angles[k] + q[turned][k])}, far from "
         f"its rough angle {_degrees(angles[k])}: give rough angles nearer to the intended position. The linkage can be "
         f"assembled with {'; or '.join(listed)}"
     )
 
 
-def _impossible(
-    scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law], angles: Array, weight: Array, search: Assemblies
-) -> str:
-    """Say which joint stays open, by how much, and where a single turning drive might start instead.
-
-    Links are drawn at the angles that leave the least open, so that one joint has all of the gap.
-    """
+def _impossible(bodies: Bodies, search: Assemblies) -> str:
+    """Say which joint stays open, by how much, and where a single turning drive might start instead."""
+    scene, joints, laws, angles = bodies.scene, bodies.joints, bodies.laws, bodies.angles
+    # Links are drawn at the angles that leave the least open, so that one joint has all of the gap.
     machine = _drawn(scene, joints, laws, angles + search.rest[2::3][: len(angles)])
     zero = np.zeros((1, machine.size))
     missed = machine.residual(np.zeros(1), zero, zero, zero, tangents=False).force[0, machine.n :]
@@ -272,7 +271,7 @@ def _impossible(
         (name,) = turning
         for away in np.radians([sign * step for step in range(10, 190, 10) for sign in (1, -1)]):
             other = _drawn(scene, joints, {name: _constant(starts[name] + away)}, angles)
-            if len(assemblies(other, 0.0, weight).q):
+            if len(replace(bodies, machine=other).search().q):
                 closing = f": with {name} at {_degrees(starts[name] + away)} the links close"
                 break
     return (

@@ -42,19 +42,11 @@ class Evaluation:
 
 
 def linear_forces(base: Evaluation, ahead: Evaluation, behind: Evaluation, share: float) -> Evaluation:
-    """Give the stresses and inertia of a motion that is linear beside another, at the places of that other.
-
-    Parameters
-    ----------
-    base, ahead, behind
-        The residual of the other motion, and those a little ahead of it and behind it.
-    share
-        By which the difference of these two counts.
-    """
+    """Give the stresses and inertia of a motion that is linear beside another, at the places of that other."""
     terms = []
     for here, one, other in zip(base.terms, ahead.terms, behind.terms):
         stress = here.response.stress + share * (one.response.stress - other.response.stress)
-        terms.append(here.with_response(replace(here.response, stress=stress)))
+        terms.append(replace(here, response=replace(here.response, stress=stress)))
     rates, inert = (
         getattr(base.at, name) + share * (getattr(ahead.at, name) - getattr(behind.at, name))
         for name in ("rates", "inert")

@@ -49,25 +49,15 @@ class Driven(NamedTuple):
 
 @dataclass(frozen=True)
 class Carried:
-    """Coordinates, rates and accelerations of all links, with the gradients of all rows.
+    """Coordinates, rates and accelerations of all links, with the gradients of all rows."""
 
-    Parameters
-    ----------
-    t, r, a
-        Instants ``(instants,)`` (s), and values of the freedoms' rows and second rates ``(instants, freedoms)``.
-    Q, V, A
-        Of the links ``(instants, n)``.
-    J, J1
-        Gradients of the rows, and their rates ``(instants, rows, n)``.
-    """
-
-    t: Array
+    t: Array  # instants (instants,) (s), and values of the freedoms' rows and second rates (instants, freedoms)
     r: Array
     a: Array
-    Q: Array
+    Q: Array  # of the links (instants, n)
     V: Array
     A: Array
-    J: Array
+    J: Array  # gradients of the rows, and their rates (instants, rows, n)
     J1: Array
 
     @classmethod
@@ -96,22 +86,12 @@ class Carried:
 
 @dataclass(frozen=True)
 class Balanced:
-    """What holds a motion: the residual beside it, all multipliers, and the inverse of its derivatives by these.
+    """What holds a motion: the residual beside it, all multipliers, and the inverse of its derivatives by these."""
 
-    Parameters
-    ----------
-    found
-        The residual at multipliers of before.
-    pulls, change
-        Multipliers that balance it to first order, and what that changed ``(instants, rows)``.
-    back
-        The inverse ``(instants, rows, rows)``.
-    """
-
-    found: Evaluation
-    pulls: Array
+    found: Evaluation  # the residual at multipliers of before
+    pulls: Array  # multipliers that balance it to first order, and what that changed (instants, rows)
     change: Array
-    back: Array
+    back: Array  # the inverse (instants, rows, rows)
 
     def settled(self, machine: Machine, change: Array) -> bool:
         """Say whether a change of forces is rounding of the largest force of a row, of inertia or of a term."""
@@ -148,28 +128,8 @@ def balanced(
     angles: Sequence[Array] | None = None,
     moving: bool = True,
 ) -> Balanced:
-    """Find the multipliers that balance all forces in a motion that rows lead.
-
-    Parameters
-    ----------
-    machine
-        A machine whose rows hold all coordinates and are as many; no link of it bends.
-    t
-        Instants ``(instants,)`` (s).
-    motion
-        Coordinates, rates and accelerations beside the chart ``(instants, n)`` each.
-    pulls
-        Multipliers near to those that are sought ``(instants, rows)``.
-    angles, moving
-        As of the residual.
-
-    Raises
-    ------
-    ValueError
-        When rows and coordinates are not as many.
-    SolverError
-        When friction locks the linkage.
-    """
+    """Find the multipliers that balance all forces in a motion that rows lead."""
+    # motion (instants, n); pulls (instants, rows)
     n, known = machine.n, pulls is not None
     if machine.size != 2 * n:
         raise ValueError(f"{machine.size - n} rows do not hold {n} coordinates")
@@ -185,23 +145,9 @@ def balanced(
 
 
 class Freed:
-    """A machine of rigid links whose coordinates are the values of some rows beside `place`.
+    """A machine of rigid links whose coordinates are the values of some rows beside `place`."""
 
-    It is a machine to what solves equations of motion: residual, tangents and terms.
-
-    Parameters
-    ----------
-    machine
-        The machine as drawn, whose rows hold all coordinates and are as many.
-    own
-        Numbers of the rows that lead the freedoms.
-    driven
-        Gives what laws of drives demand of all rows.
-    place
-        Values of the freedoms' rows at the start ``(freedoms,)``.
-    t, near
-        The start (s), and coordinates near to those that the links have there ``(n,)``.
-    """
+    # It is a machine to what solves equations of motion: residual, tangents and terms.
 
     rows: tuple[()] = ()
     held = 0
@@ -215,6 +161,7 @@ class Freed:
         t: float,
         near: Array,
     ) -> None:
+        # place (freedoms,); t, near (n,) (s)
         self.machine, self.own, self.driven, self.place = machine, np.array(own, dtype=int), driven, place
         self.n = self.size = len(self.own)
         self.terms, self.geometry, self.extent = machine.terms, machine.geometry, machine.extent
@@ -262,24 +209,10 @@ class Freed:
         return replace(found, ways=self.machine.row_group.variables(V))
 
     def carried(self, t: Array, r: Array, v: Array, a: Array, near: Array | None = None) -> Carried:
-        """Find the links by values of the freedoms' rows, their rates and second rates ``(instants, freedoms)`` each.
-
-        Parameters
-        ----------
-        t
-            Instants (s).
-        r, v, a
-            Of the rows.
-        near
-            Coordinates near to those that are sought ``(instants, n)``; None for those that are known there.
-
-        Raises
-        ------
-        StrayedError
-            When the links do not follow.
-        """
+        """Find the links by the freedoms' rows, their rates and second rates ``(instants, freedoms)`` each."""
+        # near (instants, n)
         machine, demanded = self.machine, self.driven(t)
-        given = [row.value(t) if callable(row.value) else np.full(len(t), row.value) for row in machine.rows]
+        given = [row.at(t) for row in machine.rows]
         value, first, second = np.stack(given, axis=1), demanded.first.copy(), demanded.second.copy()
         value[:, self.own], first[:, self.own], second[:, self.own] = r, v, a
         Q = self._guess(t, r) if near is None else near
@@ -379,17 +312,8 @@ class Freed:
         angles: Sequence[Array] | None = None,
         moving: bool = True,
     ) -> Evaluation:
-        """Evaluate the equation of motion of the freedoms.
-
-        Parameters
-        ----------
-        t
-            Instants ``(instants,)`` (s).
-        q, v, a
-            Values of the freedoms' rows beside `place`, rates and second rates ``(instants, freedoms)``.
-        predicted, angles, moving
-            As of `Machine.residual`; it knows the angles.
-        """
+        """Evaluate the equation of motion of the freedoms."""
+        # q, v, a (instants, freedoms)
         known = self.carried(t, self.place + q, v, a)
         self.stages = known = known if moving else known.resting()
         if predicted is not None:
@@ -428,20 +352,8 @@ class Freed:
         return self.machine.predicted(found, *whole)
 
     def freely(self, known: Carried, v: Array) -> tuple[Carried, Balanced]:
-        """Give a motion with the accelerations that nothing holds, and what acts in it.
-
-        Parameters
-        ----------
-        known
-            Links near to where they are, with the values of the freedoms' rows.
-        v
-            Rates of the freedoms ``(instants, freedoms)``.
-
-        Raises
-        ------
-        SolverError
-            When a freedom moves no mass, or friction leaves no acceleration.
-        """
+        """Give a motion with the accelerations that nothing holds, and what acts in it."""
+        # v (instants, freedoms)
         machine, n, a = self.machine, self.machine.n, np.zeros_like(v)
         at = self.carried(known.t, known.r, v, a, known.Q)
         W, angles, pulls = np.linalg.inv(at.J)[:, :, self.own], self.angles(at.Q), np.zeros((len(v), n))
@@ -460,13 +372,7 @@ class Freed:
         )
 
     def by_mass(self, mass: Array, force: Array) -> Array:
-        """Give accelerations by the mass of the freedoms ``(instants, freedoms, freedoms)``, and a force.
-
-        Raises
-        ------
-        SolverError
-            When a freedom moves no mass.
-        """
+        """Give accelerations by the mass of the freedoms ``(instants, freedoms, freedoms)``, and a force."""
         for k in range(self.n):
             if mass[0, k, k] == 0:
                 name = self.machine.rows[int(self.own[k])].name

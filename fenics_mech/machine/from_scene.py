@@ -14,6 +14,7 @@ from fenics_mech.beams.lumped import lumped
 from fenics_mech.beams.made_once import LastMade
 from fenics_mech.beams.mesh import BeamMesh, mesh_scene
 from fenics_mech.beams.timoshenko import sheared, with_rotary_inertia
+from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints import Ride, Riding
@@ -25,7 +26,6 @@ from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.joints import Prismatic, Revolute, Weld, members_under_pins
 from fenics_mech.scene.numbering import order_of
 from fenics_mech.terms import Element, Term
-from fenics_mech.terms.added import ADDED
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SECTIONS = {
@@ -33,8 +33,6 @@ SECTIONS = {
     "rotary-inertia": with_rotary_inertia,
     "shear": sheared,
 }  # effects that change the matrices of links
-ALWAYS = {"coupling", "damping", "geometric-stiffness", "large-rotations", "vibration"}  # what the equation has
-ALWAYS |= {"air-drag", "dampers", "gravity", "impulses", "loads", "motor", "springs"}  # where it is stated
 RESTING, BENDING, STIFF = range(3)  # what carries a point: the ground, a link that bends, a rigid link
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
 MADE = LastMade(2 ** len(SECTIONS))  # matrices of links: those of a scene with and without each of these effects
@@ -42,39 +40,19 @@ MADE = LastMade(2 ** len(SECTIONS))  # matrices of links: those of a scene with 
 
 @dataclass
 class SceneMachine:
-    """A machine with the names of its scene.
+    """A machine with the names of its scene."""
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    machine
-        Its machine, as drawn at the start of the cycle.
-    links
-        The local matrices of its links; None where all are rigid.
-    node_pose
-        Pose of every node of the mesh.
-    element_ends
-        Ends of every element of the mesh.
-    end
-        Gives the end at a point, "link.point" or "ground.point", with axes that are turned by an angle (rad).
-    bodies
-        Its links as rigid bodies.
-    driven
-        Row of every drive; a motor's shaft has none.
-    acting
-        Terms of springs, dampers, loads and air, by their place in the scene, such as "springs.NAME"; and those of
-        effects of other packages.
-    """
-
-    scene: Scene
-    machine: Machine
-    links: LinkMatrices | None
-    node_pose: list[int]
-    element_ends: list[tuple[End, End]]
+    scene: Scene  # the scene
+    machine: Machine  # its machine, as drawn at the start of the cycle
+    links: LinkMatrices | None  # the local matrices of its links; None where all are rigid
+    node_pose: list[int]  # pose of every node of the mesh
+    element_ends: list[tuple[End, End]]  # ends of every element of the mesh
+    # gives the end at a point, "link.point" or "ground.point", with axes that are turned by an angle (rad)
     end: Callable[..., End]
-    bodies: Bodies
-    driven: list[int] = field(default_factory=list)
+    bodies: Bodies  # its links as rigid bodies
+    driven: list[int] = field(default_factory=list)  # row of every drive; a motor's shaft has none
+    # terms of springs, dampers, loads and air, by their place in the scene, such as "springs.NAME"; and those of
+    # effects of other packages
     acting: dict[str, Term] = field(default_factory=dict)
 
     @property
@@ -84,22 +62,7 @@ class SceneMachine:
 
 
 def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
-    """Build the machine of a planar scene that is driven.
-
-    Parameters
-    ----------
-    scene
-        The scene, with its effects chosen.
-    inner
-        Places inside each element, from 0 to 4. With 3 of them one element makes a member.
-
-    Raises
-    ------
-    AssemblyError
-        When its links cannot be assembled.
-    SceneError
-        When the scene has what no term or joint states yet.
-    """
+    """Build the machine of a planar scene that is driven."""
     machine, bodies = Machine(PLANE, scene.gravity), bodies_of(scene)
     links = _matrices(scene)
     nodes = _Nodes(scene, machine, None if links is None else links.mesh, bodies.frames())
@@ -114,8 +77,8 @@ def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
             made.driven.append(lead(made, drive.joint, law_of(scene, number, clock)))
     _add_bodies(made, nodes)
     made.acting.update(add_acting(scene, machine, nodes, bodies, links))
-    for effect in ADDED:  # of other packages
-        if effect.acting is not None and (effect.name in scene.named_effects or effect.stated(scene)):
+    for effect in EFFECTS.values():
+        if effect.acting is not None and (effect.name in scene.named_effects or effect.stated(scene)):  # of a package
             found = {f"effects.{effect.name}.{name}": term for name, term in effect.acting(made).items()}
             made.acting |= found
             machine.terms += found.values()
@@ -124,13 +87,8 @@ def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
 
 
 def _matrices(scene: Scene) -> LinkMatrices | None:
-    """Give the matrices of the links that bend, by their UFL forms on the mesh of gmsh; None where all are rigid.
-
-    They are made from a scene with nothing but what they depend on. Where that is equal they are those made before.
-    """
-    for name in scene.named_effects:
-        if name not in ALWAYS and name not in SECTIONS and all(name != effect.name for effect in ADDED):
-            raise SceneError(f"no term states the effect {name!r} yet", place="effects")
+    """Give the matrices of the links that bend, by their UFL forms on the mesh of gmsh; None where all are rigid."""
+    # They are made from a scene with nothing but what they depend on. Where that is equal they are those made before.
     if not scene.members():
         return None
     stated = Scene.model_construct(
@@ -206,10 +164,8 @@ class _Nodes:
         return carried
 
     def _pinned(self) -> tuple[set[str], dict[str, str]]:
-        """Give the points of bending links that pins hold at the ground, and by other points the one they share.
-
-        Pins that rub have rows, which tell their forces.
-        """
+        """Give the points of bending links that pins hold at the ground, and by other points the one they share."""
+        # Pins that rub have rows, which tell their forces.
         rub = set()
         for law in self.scene.joint_laws.values():
             if isinstance(law, Friction):
@@ -233,10 +189,8 @@ class _Nodes:
         return fixed, shared
 
     def end(self, point: str, turn: float = 0.0) -> End:
-        """Give the end at a point of a link or the ground, or at a node inside a member "member@0.3".
-
-        Its axes are turned by an angle from those of the link (rad).
-        """
+        """Give the end at a point of a link or the ground, or at a node inside a member "member@0.3"."""
+        # Its axes are turned by an angle from those of the link (rad).
         if "@" in point:
             link, (x, y) = self._drawn[point]
         else:
@@ -252,11 +206,10 @@ class _Nodes:
 
 
 def _add_joints(scene: Scene, machine: Machine, nodes: _Nodes) -> None:
-    """Hold pins and guides by rows.
-
-    The points of a pin come in the order of what carries them: the ground, links that bend, rigid links. So no place is
-    shared after it has rows. Welds have no rows, and pins that ride along members follow with the elements.
-    """
+    """Hold pins and guides by rows."""
+    # The points of a pin come in the order of what carries them: the ground, links that bend, rigid links. So no
+    # place is shared after it has rows. Welds have no rows, and pins that ride along members follow with the
+    # elements.
     for name, joint in scene.constraints.items():
         if isinstance(joint, Revolute):
             first, *others = sorted(joint.connect, key=nodes.stiffness)

@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 
 from fenics_mech._arrays import Array
 from fenics_mech._kernels import call
@@ -22,18 +21,10 @@ Target = tuple[Array, Array, Array, Array]  # forces, and the values of M, C and
 
 @dataclass(frozen=True)
 class Drag:
-    """Drag of the surroundings in proportion to all mass: minus it times a velocity.
+    """Drag of the surroundings in proportion to all mass: minus it times a velocity."""
 
-    Parameters
-    ----------
-    external
-        Against the velocity (1/s).
-    relative
-        Against that beside the chart's, which turns a body as a whole (1/s).
-    """
-
-    external: float = 0.0
-    relative: float = 0.0
+    external: float = 0.0  # against the velocity (1/s)
+    relative: float = 0.0  # against that beside the chart's, which turns a body as a whole (1/s)
 
     @property
     def whole(self) -> float:
@@ -52,49 +43,23 @@ class Placed(NamedTuple):
 
 @dataclass(frozen=True)
 class Moved:
-    """All poses at some instants, by coordinates, rates and accelerations beside a chart.
+    """All poses at some instants, by coordinates, rates and accelerations beside a chart."""
 
-    Parameters
-    ----------
-    r, c
-        Places ``(instants, poses, d)`` and chart vectors ``(instants, poses, turns)``.
-    R0, R
-        Rotations of the chart, and of the poses.
-    ways
-        Rates of places, and of chart vectors as if the chart rested ``(instants, poses, d + turns)``.
-    acc
-        Second rates of places, less gravity, and of the columns of rotations ``(instants, poses, 1 + d, d)``.
-    J, H
-        Derivatives of the columns by chart vectors ``(instants, poses, d, d, turns)``, and second ones.
-    acc_c, acc_v
-        Derivatives of the second rates of the columns by chart vectors and by their rates.
-    ways_c
-        Derivatives of the rates of chart vectors by chart vectors ``(instants, poses, turns, turns)``.
-    rates
-        Rates of places and of the columns of rotations, as `acc`.
-    own
-        The same beside the chart's motion, in which it turns every pose as a whole.
-    spin
-        That of the chart as a matrix ``(instants, poses, d, d)``.
-    inert
-        `acc`, and what a drag of the mass adds.
-    """
-
-    r: Array
+    r: Array  # places (instants, poses, d) and chart vectors (instants, poses, turns)
     c: Array
-    R0: Array
+    R0: Array  # rotations of the chart, and of the poses
     R: Array
-    ways: Array
-    acc: Array
-    J: Array
+    ways: Array  # rates of places, and of chart vectors as if the chart rested (instants, poses, d + turns)
+    acc: Array  # second rates of places, less gravity, and of the columns of rotations (instants, poses, 1 + d, d)
+    J: Array  # derivatives of the columns by chart vectors (instants, poses, d, d, turns), and second ones
     H: Array
-    acc_c: Array
+    acc_c: Array  # derivatives of the second rates of the columns by chart vectors and by their rates
     acc_v: Array
-    ways_c: Array
-    rates: Array
-    own: Array
-    spin: Array
-    inert: Array
+    ways_c: Array  # derivatives of the rates of chart vectors by chart vectors (instants, poses, turns, turns)
+    rates: Array  # rates of places and of the columns of rotations, as `acc`
+    own: Array  # the same beside the chart's motion, in which it turns every pose as a whole
+    spin: Array  # that of the chart as a matrix (instants, poses, d, d)
+    inert: Array  # `acc`, and what a drag of the mass adds
 
     @classmethod
     def by(cls, g: Geometry, chart: PoseMotion, Q: Array, V: Array, A: Array, gravity: Array, drag: Drag) -> Moved:
@@ -119,19 +84,7 @@ class Moved:
 
 
 class Group:
-    """Elements between pairs of ends: their poses, arms and coordinates.
-
-    Parameters
-    ----------
-    geometry
-        The plane or space.
-    places
-        Coordinates of every pose.
-    pairs
-        Both ends of each element.
-    what
-        The measures of each element, as many of each, or the beams.
-    """
+    """Elements between pairs of ends: their poses, arms and coordinates."""
 
     def __init__(
         self,
@@ -190,25 +143,33 @@ class Group:
         """Add forces and tangents of all elements."""
         T, E, m = found.x.shape
         response, F, K = found.response, target[0], target[3]
-        D = np.zeros((T, E, m, m)) if response.by_measure is None else response.by_measure
-        given = (response.stress, response.stress if predicted is None else predicted, D, response.by_rate, found.ways)
+        D, by_rate = response.by_measure, response.by_rate
+        if together := D is not None and D.shape[-1] != m:
+            D = by_rate = None
+        D = np.zeros((T, E, m, m)) if D is None else D
+        given = (response.stress, response.stress if predicted is None else predicted, D, by_rate, found.ways)
         arrays = [None if x is None else np.ascontiguousarray(x) for x in given]
         call(
             f"spread_{self.kernels}", T, E, m, found.gradient, found.hessian, *arrays,
             self.dof, self.entries(pattern), int(tangents), F.shape[1], K.shape[1], *target,
         )  # fmt: skip
-        if tangents and response.across is not None:
-            self._spread_across(found, response.across, pattern, target)
+        if tangents and together:
+            self._spread_together(found, pattern, target)
 
-    def _spread_across(self, found: Measured, across: Array, pattern: Pattern, target: Target) -> None:
+    def _spread_together(self, found: Measured, pattern: Pattern, target: Target) -> None:
         """Add the tangents of elements that respond together: K += G'(D G + B G'), C += G' B G, with rates G' of G."""
+        from scipy.sparse import csr_matrix  # noqa: PLC0415  (slow to import, and few elements respond together)
+
         T, (sets, n) = len(found.x), self.block.shape
         one, rate = (self.on_coordinates(x, n) for x in (found.gradient, found.rate_by_variables))
-        forces = np.einsum("tsia,dtsij->dtsaj", one, across)
+        by_measure, by_rate = found.response.by_measure, found.response.by_rate
+        assert by_measure is not None
+        assert by_rate is not None
+        forces = [np.einsum("tsia,tsij->tsaj", one, x) for x in (by_measure, by_rate)]
         by_q, by_v = forces[0] @ one + forces[1] @ rate, forces[1] @ one
         entries = pattern.at(self.block, self.block).ravel()
         there = np.flatnonzero(entries >= 0)
-        to = sp.csr_matrix((np.ones(len(there)), (there, entries[there])), shape=(sets * n * n, pattern.entries))
+        to = csr_matrix((np.ones(len(there)), (there, entries[there])), shape=(sets * n * n, pattern.entries))
         target[3][:] += by_q.reshape(T, -1) @ to
         target[2][:] += by_v.reshape(T, -1) @ to
 
@@ -224,11 +185,9 @@ class Group:
         return made.reshape(len(each), sets, -1, n)
 
     def add_modes(self, found: Measured, sizes: Array, numbers: Places, pattern: Pattern, target: Target) -> None:
-        """Add the conditions of the modes of stress, E . rates less their sizes, with tangents of both and of forces.
-
-        Sizes are ``(instants, modes)``, and their numbers among the unknowns ``(modes,)``.
-        """
-        E = found.response.modes
+        """Add the conditions of the modes of stress, E . rates less their sizes, with all tangents."""
+        # Sizes are (instants, modes), and their numbers among the unknowns (modes,).
+        E = found.modes
         assert E is not None
         F, M, C, K = target
         F[:, numbers] += np.einsum("temk,tem->tk", E, found.rate) - sizes
@@ -277,17 +236,7 @@ class Group:
 
 
 class InnerGroup(Group):
-    """Beams with places inside, whose variables are the coordinates of their poses.
-
-    Parameters
-    ----------
-    geometry
-        The plane.
-    places
-        Coordinates of every pose.
-    beams
-        The elements.
-    """
+    """Beams with places inside, whose variables are the coordinates of their poses."""
 
     def __init__(self, geometry: Geometry, places: Places, beams: Beams) -> None:
         super().__init__(geometry, places, beams.pairs, beams)
@@ -321,17 +270,7 @@ class InnerGroup(Group):
 
 
 class InertiaPlan:
-    """The constant mass of a machine, as the kernel takes it.
-
-    Parameters
-    ----------
-    geometry
-        The plane or space.
-    places
-        Coordinates of every pose.
-    masses
-        The masses.
-    """
+    """The constant mass of a machine, as the kernel takes it."""
 
     def __init__(self, geometry: Geometry, places: Places, masses: Masses) -> None:
         kept = np.array([(*a, *b, m) for (a, b), m in masses.entries.items() if m]).reshape(-1, 5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,20 +14,13 @@ from fenics_mech.terms import Response
 
 
 class Reactions:
-    """What holds every pose of a motion.
+    """What holds every pose of a motion."""
 
-    It is the residual of the same machine whose poses share nothing and rest nowhere. So where a pose shares its place
-    with others, or rests, it is the reaction there.
-
-    Parameters
-    ----------
-    motion
-        The motion.
-    beside
-        What poses need for anything beside it, ``(instants, poses, d + turns)`` (N, N m).
-    """
+    # It is the residual of the same machine whose poses share nothing and rest nowhere. So where a pose shares its
+    # place with others, or rests, it is the reaction there.
 
     def __init__(self, motion: Motion, beside: Array | float = 0.0) -> None:
+        # beside (instants, poses, d + turns) (N, N m)
         machine = motion.machine
         apart = copy(machine)
         apart.forget_plan()
@@ -48,7 +42,7 @@ class Reactions:
         own += beside
         zero = np.zeros((len(motion.t), apart.pattern.entries))
         for group, here, stress in zip(apart.groups, self._found.terms, motion.added or ()):
-            stressed = here.with_response(Response(stress))
+            stressed = replace(here, response=Response(stress))
             group.spread(stressed, None, apart.pattern, False, (self._found.force, zero, zero, zero))
 
     def of(self, joint: str) -> Array:
@@ -60,5 +54,5 @@ class Reactions:
             group = Group(apart.geometry, apart.places, [row.pair for row in rows], [(row.measure,) for row in rows])
             measured = group.measure(found.at, None)
             pulls, zero = Response(-self._pulls[:, own, None]), np.zeros((len(force), apart.pattern.entries))
-            group.spread(measured.with_response(pulls), None, apart.pattern, False, (force, zero, zero, zero))
+            group.spread(replace(measured, response=pulls), None, apart.pattern, False, (force, zero, zero, zero))
         return force[:, : apart.n].reshape(len(force), len(apart.r), -1)

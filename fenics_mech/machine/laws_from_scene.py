@@ -32,26 +32,8 @@ SHAFT = "drive.motor"  # place of the one motor that a scene may have
 def add_laws(
     scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bodies, links: LinkMatrices | None
 ) -> dict[str, Term]:
-    """Give the terms of motors, of freedoms and of laws of joints, by place in the scene, and add rotors.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    machine
-        Its machine, with all poses.
-    end
-        Gives the end at a point of a link, its axes turned from those of the link (rad).
-    bodies
-        The links as rigid bodies, by which whole turns count at the start.
-    links
-        The links that bend; None where all are rigid.
-
-    Raises
-    ------
-    SceneError
-        When an inertia is between two bodies that both move.
-    """
+    """Give the terms of motors, of freedoms and of laws of joints, by place in the scene, and add rotors."""
+    # end (rad)
     found: dict[str, Term] = {}
     rotors: dict[str, tuple[str, float]] = {}  # joint and inertia, by place
     for number, drive in enumerate(scene.drives):
@@ -90,12 +72,7 @@ def add_laws(
 
 
 def _touching(
-    scene: Scene,
-    machine: Machine,
-    end: Callable[..., End],
-    bodies: Bodies,
-    links: LinkMatrices | None,
-    name: str,
+    scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bodies, links: LinkMatrices | None, name: str
 ) -> dict[str, LawTerm]:
     """Give the terms of a law that looks at its bodies: of gears and cams one for each of both joints."""
     law = scene.joint_laws[name]
@@ -120,7 +97,7 @@ def _touching(
 
     pose = np.array([[*machine.drawn(one), angle] for one, angle in zip(ends, angles)])
     start = LinkStates.of(pose.reshape(1, -1), np.zeros((1, pose.size)))
-    laws = laws_of(scene.model_copy(update={"joint_laws": {name: law}}), start, place)
+    laws = laws_of(scene, name, start, place)
     return {f"joint_laws.{key}": LawTerm(key, machine.at_ground(), ends, one, angles) for key, one in laws.items()}
 
 

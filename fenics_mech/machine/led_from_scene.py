@@ -16,7 +16,7 @@ import numpy as np
 from fenics_mech._arrays import Array, solved
 from fenics_mech._constants import TURN
 from fenics_mech.errors import AssemblyError
-from fenics_mech.machine.assembly import CLOSED, COARSELY_MET, MET, left_open, rates_of, units_of
+from fenics_mech.machine.assembly import CLOSED, COARSELY_MET, MET, judged, left_open, rates_of, units_of
 from fenics_mech.machine.drawn_from_scene import Bodies
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
@@ -41,42 +41,26 @@ Places = tuple[Array, Array, Array]  # of bodies, or of drives, and two derivati
 
 @dataclass(frozen=True)
 class Led:
-    """A motion that was followed, with drives at full speed from the start.
+    """A motion that was followed, with drives at full speed from the start."""
 
-    Parameters
-    ----------
-    bodies
-        The links.
-    t
-        Instants to which it was followed, ascending (s).
-    q, v, a
-        Coordinates, rates and accelerations there ``(instants, size)``.
-    side
-        Sign of the determinant of the rows' derivatives, which is that of all of the motion.
-    """
-
-    bodies: Bodies
-    t: Array
-    q: Array
+    bodies: Bodies  # the links
+    t: Array  # instants to which it was followed, ascending (s)
+    q: Array  # coordinates, rates and accelerations there (instants, size)
     v: Array
     a: Array
-    side: float
+    side: float  # sign of the determinant of the rows' derivatives, which is that of all of the motion
 
     def at(self, t: Array) -> Places:
-        """Give coordinates, rates and accelerations at some instants ``(instants, size)`` each.
+        """Give coordinates, rates and accelerations at some instants ``(instants, size)`` each."""
+        q, J = self.placed(t)
+        refuse_singular(self.bodies, t, J)
+        return q, *rates_of(self.bodies.machine, t, q, *_demanded(self.bodies, t), J)
 
-        Parameters
-        ----------
-        t
-            Instants between the first and the last to which it was followed (s).
-
-        Raises
-        ------
-        AssemblyError
-            Where the links do not come together, or their motion is lost to rounding.
-        """
+    def placed(self, t: Array) -> tuple[Array, Array]:
+        """Give coordinates ``(instants, size)``, and derivatives of the rows without units."""
         machine = self.bodies.machine
-        q, missed, J = _corrected(machine, t, self._between(t), CLOSED)
+        q, missed, _ = _corrected(machine, t, self._between(t), CLOSED)
+        J = left_open(machine, t, q)[1]  # next to a dead centre it is another one before the last correction
         gaps = np.abs(missed).max(axis=1, initial=0.0)
         if (gaps > MET).any():
             k = int(gaps.argmax())
@@ -89,17 +73,10 @@ class Led:
             raise AssemblyError(
                 f"the linkage is at a change point at drive angle {where}: its motion is not unique there"
             )
-        _refuse_singular(self.bodies, t, J)
-        return q, *rates_of(machine, t, q, *_demanded(self.bodies, t), J)
+        return q, J
 
     def over_cycles(self, t: Array) -> Places:
-        """Give the same at instants of several cycles, after which the links are back.
-
-        Parameters
-        ----------
-        t
-            Instants from the start on (s).
-        """
+        """Give the same at instants of several cycles, after which the links are back."""
         period, whole = self.bodies.scene.period, np.zeros(self.q.shape[1])
         cycles = np.floor(t / period)
         turns = slice(2, self.bodies.machine.n, 3)
@@ -126,37 +103,19 @@ class Led:
         return _degrees(self.bodies.scene, t)
 
 
-def led_motion(bodies: Bodies, first: float, last: float) -> Led:
-    """Follow the motion of links that drives lead, from the start to two instants.
-
-    Parameters
-    ----------
-    bodies
-        The links.
-    first, last
-        Instants, not above and not below 0 (s).
-
-    Raises
-    ------
-    AssemblyError
-        Where the drives lock, the motion is not unique, or it changes too fast. The drive angle is told.
-    """
+def led_motion(bodies: Bodies, first: float, last: float, to_the_end: bool = False) -> Led:
+    """Follow the motion of links that drives lead, from the start to two instants, or `to_the_end` before them."""
+    # first, last (s)
     start = _start(bodies)
     side = float(np.linalg.slogdet(start.J)[0])
-    behind, ahead = (_followed(bodies, start, end, side) for end in (first, last))
+    behind, ahead = (_followed(bodies, start, end, side, to_the_end) for end in (first, last))
     states = [*behind[::-1], start, *ahead]
     t, q, v, a = (np.array([getattr(x, name) for x in states]) for name in ("t", "q", "v", "a"))
     return Led(bodies, t, q, v, a, side)
 
 
 def comes_back(led: Led) -> bool:
-    """Say whether the links are after a cycle where they were, but for whole turns.
-
-    Parameters
-    ----------
-    led
-        A motion that was followed over a cycle.
-    """
+    """Say whether the links are after a cycle where they were, but for whole turns."""
     n = led.bodies.machine.n
     change = (led.q[-1] - led.q[0])[:n] / units_of(led.bodies.machine)
     change[2::3] -= TURN * np.round(change[2::3] / TURN)
@@ -182,12 +141,12 @@ class _State:
 def _start(bodies: Bodies) -> _State:
     t, q = np.zeros(1), bodies.q[None]
     J = left_open(bodies.machine, t, q)[1]
-    _refuse_singular(bodies, t, J)
+    refuse_singular(bodies, t, J)
     v, a = rates_of(bodies.machine, t, q, *_demanded(bodies, t), J)
     return _State(0.0, bodies.q, v[0], a[0], J[0])
 
 
-def _followed(bodies: Bodies, start: _State, end: float, side: float) -> list[_State]:
+def _followed(bodies: Bodies, start: _State, end: float, side: float, to_the_end: bool) -> list[_State]:
     """Follow a motion from its start to an instant, in steps as long as it allows."""
     rate, here, found = abs(bodies.scene.cycle_rate), start, list[_State]()
     longest, most, tried = LONGEST / rate, MOST * max(1.0, abs(end) * rate / TURN), 0
@@ -204,6 +163,8 @@ def _followed(bodies: Bodies, start: _State, end: float, side: float) -> list[_S
         else:
             step /= 2
             stuck = step < SHORTEST / rate
+        if stuck and to_the_end:
+            break
         if stuck:
             raise _stuck(bodies, here)
     return found
@@ -235,6 +196,7 @@ def _corrected(machine: Machine, t: Array, q: Array, goal: float) -> tuple[Array
     for _ in range(CORRECTIONS):
         missed, J = left_open(machine, t, q)
         q[:, : machine.n] -= solved(J, missed) * units_of(machine)
+        missed = judged(machine, t, missed)
         if (np.abs(missed) < goal).all():
             break
     return q, missed, J
@@ -244,14 +206,14 @@ def _demanded(bodies: Bodies, t: Array) -> tuple[Array, Array]:
     """Give the rates and second rates of what rows demand, at full speed ``(instants, rows)`` each."""
     scene, rows = bodies.scene, bodies.machine.rows
     rate, found = scene.cycle_rate, np.zeros((2, len(t), len(rows)))
-    first = len(rows) - len(scene.drives)
+    first = len(rows) - len(scene.moved_joints)  # the rows of freedoms follow, which rest
     for number, drive in enumerate(scene.drives):
         jet = drive.jet(rate * t, rate)
         found[:, :, first + number] = rate * jet.first, rate**2 * jet.second
     return found[0], found[1]
 
 
-def _refuse_singular(bodies: Bodies, t: Array, J: Array) -> None:
+def refuse_singular(bodies: Bodies, t: Array, J: Array) -> None:
     """Raise `AssemblyError` where rates follow from places to few digits; J are the rows' derivatives without units."""
     try:
         bound = 1 / np.linalg.norm(np.linalg.inv(J), axis=(1, 2))  # not above the smallest singular value
@@ -263,17 +225,17 @@ def _refuse_singular(bodies: Bodies, t: Array, J: Array) -> None:
     worst = int(values[:, -1].argmin())
     if values[worst, -1] < SINGULAR:
         angle = np.degrees(bodies.scene.cycle_rate * t[near[worst]])
+        moved = ", ".join(links_moved(bodies, right[worst, -1]))
         raise AssemblyError(
             f"the linkage is at a dead centre or change point at drive angle {angle:.10g} deg (smallest singular value "
-            f"{values[worst, -1]:.1e}): the motion of {_moved(bodies, right[worst, -1])} is lost to rounding there. "
-            f"{REMEDY}"
+            f"{values[worst, -1]:.1e}): the motion of {moved} is lost to rounding there. {REMEDY}"
         )
 
 
-def _moved(bodies: Bodies, motion: Array) -> str:
+def links_moved(bodies: Bodies, motion: Array) -> tuple[str, ...]:
     """Name the links that turn in a motion ``(coordinates,)``, the most turned first."""
     turned, names = np.abs(motion[2::3]), list(bodies.scene.links)
-    return ", ".join(names[k] for k in np.argsort(-turned) if turned[k] > MOVED * turned.max())
+    return tuple(names[k] for k in np.argsort(-turned) if turned[k] > MOVED * turned.max())
 
 
 def _stuck(bodies: Bodies, here: _State) -> AssemblyError:
@@ -287,7 +249,7 @@ def _stuck(bodies: Bodies, here: _State) -> AssemblyError:
         )
     return AssemblyError(
         f"the linkage is at a change point at drive angle {where}: its motion is not unique there, as "
-        f"{_moved(bodies, np.linalg.svd(here.J)[2][-1])} can go on in two ways. {REMEDY}"
+        f"{', '.join(links_moved(bodies, np.linalg.svd(here.J)[2][-1]))} can go on in two ways. {REMEDY}"
     )
 
 

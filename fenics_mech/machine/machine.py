@@ -66,21 +66,8 @@ class Machine:
         fixed: str = "",
         led: Path | None = None,
     ) -> int:
-        """Add a pose, and give its number.
-
-        Parameters
-        ----------
-        place
-            Where it is drawn ``(d,)`` (m).
-        axes
-            Its rotation as drawn ``(d, d)``; None for that of the fixed frame.
-        shared
-            A pose whose place it shares: a pin, or a ball.
-        fixed
-            What rests: "place", "turn", or "place and turn".
-        led
-            A law that leads it.
-        """
+        """Add a pose, and give its number."""
+        # place (d,) (m); axes (d, d)
         d, turns = self.geometry.d, self.geometry.turns
         if fixed not in FIXED:
             raise ValueError(f"a pose cannot be fixed by {fixed!r}: expected one of {', '.join(map(repr, FIXED))}")
@@ -97,10 +84,8 @@ class Machine:
         return len(self.r) - 1
 
     def add_scale(self, value: float) -> int:
-        """Add a pose without mass that moves along the first axis of the fixed frame alone, and give its number.
-
-        It shows the stroke of a ride, so that rows and terms can look at it (m).
-        """
+        """Add a pose without mass that moves along the first axis of the fixed frame alone, and give its number."""
+        # It shows the stroke of a ride, so that rows and terms can look at it (m).
         pose = self.add_pose(value * np.eye(self.geometry.d)[0], fixed="place and turn")
         self._places[pose][0] = self._new(1)[0]
         return pose
@@ -131,17 +116,8 @@ class Machine:
     def add_beams(
         self, pairs: Sequence[tuple[End, End]], elements: Sequence[Element], damping: Sequence[float] | float = 0.0
     ) -> None:
-        """Add beam elements with their inertia, and with poses for the places inside, to those that there are.
-
-        Parameters
-        ----------
-        pairs
-            Ends of each element, the first axes along the member.
-        elements
-            Their numbers.
-        damping
-            Stress per rate of strain over stress per strain, of all or of each element (s).
-        """
+        """Add beam elements with their inertia, and with poses for the places inside, to those that there are."""
+        # damping (s)
         inside = []
         for pair, element in zip(pairs, elements):
             one, other = map(self.drawn, pair)
@@ -157,32 +133,14 @@ class Machine:
 
     @property
     def beams(self) -> Beams:
-        """The term of all beam elements.
-
-        Raises
-        ------
-        ValueError
-            When it has none.
-        """
+        """The term of all beam elements."""
         for term in self.terms:
             if isinstance(term, Beams):
                 return term
         raise ValueError("the machine has no beams: add_beams() adds them")
 
     def join(self, kind: str, pair: tuple[End, End], *, slack: float = 0.0, name: str = "") -> None:
-        """Hold two ends by a kind of joint; a place that their poses share needs no rows.
-
-        Parameters
-        ----------
-        kind
-            Its name in `joints.KINDS`.
-        pair
-            Its ends, drawn with the same axes: see `joints/kinds.py`.
-        slack
-            As of a row.
-        name
-            Of the joint.
-        """
+        """Hold two ends by a kind of joint; a place that their poses share needs no rows."""
         one, other = (self._places[end.pose] for end in pair)
         shared = one == other and not any(map(self._has_arm, pair))
         for measure in kind_of(kind, self.geometry).held:
@@ -197,19 +155,8 @@ class Machine:
     def drive(
         self, kind: str, freedom: str, pair: tuple[End, End], law: Callable[[Array], Array], name: str = ""
     ) -> int:
-        """Lead the angle or the stroke of a joint by a law of time, and give the number of the row.
-
-        Parameters
-        ----------
-        kind, freedom
-            Of the joint: its name in `joints.KINDS`, and "angle" or "stroke".
-        pair
-            Its ends.
-        law
-            Angle (rad) or stroke (m) by time ``(instants,)`` (s).
-        name
-            Of the joint.
-        """
+        """Lead the angle or the stroke of a joint by a law of time, and give the number of the row."""
+        # law (instants,)
         self.rows.append(Row(pair, kind_of(kind, self.geometry).drives[freedom], law, name=name))
         self.forget_plan()
         return len(self.rows) - 1
@@ -222,24 +169,9 @@ class Machine:
         for name in [*made, "arm", "extent", "_row_at", "_chart_at", "_rest"]:
             self.__dict__.pop(name, None)
 
-    def _check_plan(self) -> None:
-        """Raise where something was appended after the plan was made, which would leave it out."""
-        parts = self.n, len(self.r), len(self.terms), self.size, self.masses.changes
-        if self._planned is not None and self._planned != parts:
-            raise ValueError(
-                "the machine has got terms, rows or masses after it was evaluated. Call forget_plan() first"
-            )
-        self._planned = parts
-
     @cached_property
     def extent(self) -> float:
-        """Largest distance of its poses and ends along an axis of the fixed frame (m).
-
-        Raises
-        ------
-        ValueError
-            When one of them is drawn at a place that is no number.
-        """
+        """Largest distance of its poses and ends along an axis of the fixed frame (m)."""
         pairs = [*(pair for term in self.terms for pair in term.pairs), *(row.pair for row in self.rows)]
         ends = list(chain.from_iterable(pairs))
         drawn = np.array([*self.r, *map(self.drawn, ends)])
@@ -345,18 +277,8 @@ class Machine:
         return self._rest if self.chart is None else self.chart
 
     def rebase(self, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
-        """Move a chart at rest to the poses of some coordinates, and give rates and accelerations in the new chart.
-
-        Parameters
-        ----------
-        q, v, a
-            Coordinates, rates and accelerations ``(size,)`` in the present chart; multipliers stay.
-
-        Raises
-        ------
-        ValueError
-            When the chart moves by itself.
-        """
+        """Move a chart at rest to the poses of some coordinates, and give rates and accelerations in the new chart."""
+        # q, v, a (size,)
         g = self.geometry
         place, turn = self.places[:, : g.d], self.places[:, g.d :]
         free = turn[:, 0] >= 0
@@ -370,10 +292,8 @@ class Machine:
         return v, a
 
     def with_rates(self, motion: PoseMotion, v: Array, a: Array) -> PoseMotion:
-        """Add rates and accelerations of coordinates ``(instants, size)`` to a motion of all poses.
-
-        In space the motion has to be that beside which the coordinates are 0, and to rest.
-        """
+        """Add rates and accelerations of coordinates ``(instants, size)`` to a motion of all poses."""
+        # In space the motion has to be that beside which the coordinates are 0, and to rest.
         d = self.geometry.d
         rates, seconds = (np.pad(x, ((0, 0), (0, 1)))[:, self.places] for x in (v, a))
         of_places = motion.v + rates[..., :d], motion.a + seconds[..., :d]
@@ -387,15 +307,8 @@ class Machine:
         return [group.measure(at, term.near(t)).x for term, group in zip(self.terms, self.groups)]
 
     def turned(self, angles: Sequence[Array] | None, q: Array) -> list[Array] | None:
-        """Give angles near those of every term at some coordinates: in the plane given ones, and the turns beside.
-
-        Parameters
-        ----------
-        angles
-            Angles ``(1, elements, measures)`` where the coordinates are 0; None where the terms know.
-        q
-            Coordinates ``(instants, n)`` or more.
-        """
+        """Give angles near those of every term at some coordinates: in the plane given ones, and the turns beside."""
+        # angles (1, elements, measures); q (instants, n)
         if angles is None:
             return None
         g, found = self.geometry, []
@@ -406,17 +319,9 @@ class Machine:
         return found
 
     def predicted(self, found: Evaluation, dq: Array, dv: Array, da: Array) -> Sequence[Array]:
-        """Predict the stresses of all terms after a step, to first order, for the geometric stiffness of the next one.
-
-        That is Newton's method with the stresses as unknowns, condensed.
-
-        Parameters
-        ----------
-        found
-            Where the step was made.
-        dq, dv, da
-            Changes of coordinates, rates, and accelerations with multipliers ``(instants, size)`` each.
-        """
+        """Predict the stresses of all terms after a step, to first order, for the next geometric stiffness."""
+        # dq, dv, da (instants, size) each
+        # That is Newton's method with the stresses as unknowns, condensed.
         return [
             measured.predicted(
                 group.variables(dq), group.variables(dv), da[:, modes], da[:, self.n :][:, list(term.rows)]
@@ -467,35 +372,12 @@ class Machine:
         tangents: bool = True,
         known: bool = False,
     ) -> Evaluation:
-        """Evaluate the equation of motion and the rows of the joints.
-
-        Parameters
-        ----------
-        t
-            Instants ``(instants,)`` (s).
-        q, v, a
-            Coordinates, rates and accelerations ``(instants, size)``; multipliers stand in the last of `a`.
-        predicted
-            Stresses of every term that make the geometric stiffness, instead of the present ones: with those that the
-            last step predicted, Newton's method is that of the stresses as unknowns.
-        angles
-            Angles near those of every term, ``(instants, elements, measures)``, by which whole turns count.
-        loads
-            Share of gravity and of all terms but beams that acts.
-        moving
-            Whether the chart moves; else only its places count.
-        heavy
-            Whether gravity acts.
-        turning
-            Whether the arms of weight and inertia turn with the poses: not in a linear theory without axial forces,
-            which hold them.
-        tangents
-            Whether M, C and K are given.
-        known
-            Whether it is a motion that is known: modes of stress are as large as the rates say, and not as `a` says,
-            whose patterns may have had other signs.
-        """
-        self._check_plan()
+        """Evaluate the equation of motion and the rows of the joints."""
+        # angles (instants, elements, measures)
+        parts = self.n, len(self.r), len(self.terms), self.size, self.masses.changes
+        if self._planned not in (None, parts):  # what was appended after the plan was made would be left out
+            raise ValueError("the machine has got parts after it was evaluated. Call forget_plan() first")
+        self._planned = parts
         g, at = self.geometry, self.moved(t, q, v, a, loads=loads, moving=moving, heavy=heavy)
         if not turning:
             at = replace(at, H=np.zeros_like(at.H))
@@ -510,14 +392,15 @@ class Machine:
             pulls = (a[:, rows], None if predicted is None else predicted[k]) if term.rows else ()
             response = term.respond(t, found.x, found.rate, *pulls)
             own = self.mode_numbers[k]
-            if response.modes is not None:
-                sizes = np.einsum("temk,tem->tk", response.modes, found.rate) if known else a[:, own]
-                response = response.under(sizes)
-            found = found.with_response(response if isinstance(term, Beams) else response.times(loads))
+            if (modes := term.patterns(t)) is not None:
+                sizes = np.einsum("temk,tem->tk", modes, found.rate) if known else a[:, own]
+                response = replace(response, stress=response.stress + np.einsum("temk,tk->tem", modes, sizes))
+            response = response if isinstance(term, Beams) else response.times(loads)
+            found = replace(found, response=response, modes=modes)
             group.spread(found, None if predicted is None else predicted[k], self.pattern, tangents, target)
             if tangents and found.response.by_pulls is not None:
                 group.add_pulls(found, found.response.by_pulls, rows, self.pattern, M)
-            if response.modes is not None:
+            if modes is not None:
                 group.add_modes(found, sizes, own, self.pattern, target)
             measured.append(found)
         if self.rows:
@@ -533,10 +416,9 @@ class Machine:
     def _add_rows(self, t: Array, at: Moved, a: Array, tangents: bool, target: Target) -> None:
         """Add the forces of the multipliers, and the gaps of the rows."""
         n, end, group = self.n, self.n + len(self.rows), self.row_group
-        values = [row.value(t) if callable(row.value) else np.full(len(t), row.value) for row in self.rows]
-        value = np.stack(values, axis=1)
+        value = np.stack([row.at(t) for row in self.rows], axis=1)
         found = group.measure(at, value[..., None])
-        group.spread(found.with_response(Response(a[:, n:end, None])), None, self.pattern, tangents, target)
+        group.spread(replace(found, response=Response(a[:, n:end, None])), None, self.pattern, tangents, target)
         slack = np.array([row.slack for row in self.rows])
         target[0][:, n:end] = found.x[..., 0] - value - slack * a[:, n:end]
         if tangents:

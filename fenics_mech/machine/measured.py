@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -22,30 +22,15 @@ def _in_triangle(n: int) -> Index:
 
 @dataclass(frozen=True)
 class Measured:
-    """Measures of the elements of a term.
+    """Measures of the elements of a term."""
 
-    Parameters
-    ----------
-    x, rate
-        Measures and their rates ``(instants, elements, measures)``.
-    gradient, hessian
-        By the way between both poses and both chart vectors: ``(..., variables)``, and the lower triangle.
-    ways
-        Rates of these variables, ``(instants, elements, variables)``.
-    response
-        The stresses.
-    """
-
-    x: Array
+    x: Array  # measures and their rates (instants, elements, measures)
     rate: Array
-    gradient: Array
+    gradient: Array  # by the way between both poses and both chart vectors: (..., variables), and the lower triangle
     hessian: Array
-    ways: Array
-    response: Response
-
-    def with_response(self, response: Response) -> Measured:
-        """Give the same measures with other stresses."""
-        return replace(self, response=response)
+    ways: Array  # rates of these variables, (instants, elements, variables)
+    response: Response  # the stresses
+    modes: Array | None = None  # patterns of stress of the term, as of `Term.patterns`
 
     @property
     def power(self) -> Array:
@@ -62,20 +47,15 @@ class Measured:
         """Give the stresses after a change of the variables, their rates, the modes and multipliers, to first order."""
         stress = self.response.stress.copy()
         x = np.einsum("temn,ten->tem", self.gradient, change)
-        if self.response.by_measure is not None:
-            stress += np.einsum("temk,tek->tem", self.response.by_measure, x)
+        rate = np.einsum("temn,ten->tem", self.gradient, change_of_ways)
         if self.response.by_rate is not None:
-            rate = np.einsum("temn,ten->tem", self.gradient, change_of_ways)
             rate += np.einsum("temn,ten->tem", self.rate_by_variables, change)
-            stress += np.einsum("temk,tek->tem", self.response.by_rate, rate)
-        if self.response.across is not None:
-            rate = np.einsum("temn,ten->tem", self.gradient, change_of_ways)
-            rate += np.einsum("temn,ten->tem", self.rate_by_variables, change)
-            by_set = (y.reshape(*self.response.across.shape[1:3], -1) for y in (x, rate))
-            for derivative, y in zip(self.response.across, by_set):
-                stress += np.einsum("tsij,tsj->tsi", derivative, y).reshape(stress.shape)
-        if self.response.modes is not None:
-            stress += np.einsum("temk,tk->tem", self.response.modes, change_of_modes)
+        for derivative, y in ((self.response.by_measure, x), (self.response.by_rate, rate)):
+            if derivative is not None:
+                of_sets = y.reshape(*derivative.shape[:2], -1)
+                stress += np.einsum("tsij,tsj->tsi", derivative, of_sets).reshape(stress.shape)
+        if self.modes is not None:
+            stress += np.einsum("temk,tk->tem", self.modes, change_of_modes)
         if self.response.by_pulls is not None:
             stress += np.einsum("temr,tr->tem", self.response.by_pulls, change_of_pulls)
         return stress

@@ -19,31 +19,17 @@ from fenics_mech.terms import Term
 
 @dataclass(frozen=True)
 class Motion:
-    """Coordinates of a machine at some instants, as its residual takes them.
+    """Coordinates of a machine at some instants, as its residual takes them."""
 
-    Parameters
-    ----------
-    machine
-        The machine.
-    t
-        Instants ``(instants,)`` (s).
-    q, v, a
-        Coordinates, rates and accelerations ``(instants, size)``; multipliers stand in the last of `a`.
-    moving
-        Whether the chart moves; else only its places count.
-    added
-        Stresses of every term beside those by its measures; None where there are none.
-    angles
-        Angles near to those of every term, as the residual takes them; None where the terms know.
-    """
-
-    machine: Machine
-    t: Array
-    q: Array
+    machine: Machine  # the machine
+    t: Array  # instants (instants,) (s)
+    q: Array  # coordinates, rates and accelerations (instants, size); multipliers stand in the last of `a`
     v: Array
     a: Array
-    moving: bool = True
+    moving: bool = True  # whether the chart moves; else only its places count
+    # stresses of every term beside those by its measures; None where there are none
     added: Sequence[Array] | None = None
+    # angles near to those of every term, as the residual takes them; None where the terms know
     angles: Sequence[Array] | None = None
 
     @cached_property
@@ -58,7 +44,7 @@ class Motion:
         if self.added is None:
             return found
         stressed = [
-            here.with_response(replace(here.response, stress=here.response.stress + stress))
+            replace(here, response=replace(here.response, stress=here.response.stress + stress))
             for here, stress in zip(found.terms, self.added)
         ]
         return replace(found, terms=stressed)
@@ -131,28 +117,17 @@ MOST, MOST_OF_RATES = 1e6, 0.5  # of a change at rest, and of one that vibrates,
 
 @dataclass(frozen=True)
 class LinearMotion:
-    """A motion that is linear beside another: a step of Newton's method.
+    """A motion that is linear beside another: a step of Newton's method."""
 
-    What is read off it is the derivative of what is read off exact motions, so every quantity is linear in the change.
+    # What is read off it is the derivative of what is read off exact motions, so every quantity is linear in the
+    # change.
 
-    Parameters
-    ----------
-    base
-        The motion beside which it is linear.
-    change
-        What it adds to the coordinates, rates and accelerations ``(instants, size)`` each.
-    stiffening
-        Stresses of every term that act as the change turns them; None for those of the base.
-    moving
-        Whether the change feels the chart's motion.
-    stresses
-        Of every term, by its linearised measures, where nothing else of the change acts; None where more does.
-    """
-
-    base: Motion
-    change: tuple[Array, Array, Array]
+    base: Motion  # the motion beside which it is linear
+    change: tuple[Array, Array, Array]  # what it adds to the coordinates, rates and accelerations (instants, size) each
+    # stresses of every term that act as the change turns them; None for those of the base
     stiffening: Sequence[Array] | None = None
-    moving: bool = True
+    moving: bool = True  # whether the change feels the chart's motion
+    # of every term, by its linearised measures, where nothing else of the change acts; None where more does
     stresses: Sequence[Array] | None = None
 
     @property

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 Places = NDArray[np.int32]
 
@@ -62,7 +65,9 @@ class Pattern:
 
     def matrix(self, values: Array) -> sp.csr_matrix:
         """Give the matrix of the values ``(entries,)``."""
-        return sp.csr_matrix((values, self.indices, self.indptr), shape=(self.size, self.size))
+        from scipy.sparse import csr_matrix  # noqa: PLC0415  (slow to import, and `check` needs none)
+
+        return csr_matrix((values, self.indices, self.indptr), shape=(self.size, self.size))
 
     def dense(self, values: Array) -> Array:
         """Give whole matrices ``(..., size, size)`` of the values ``(..., entries)``."""

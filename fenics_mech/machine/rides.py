@@ -16,22 +16,11 @@ from fenics_mech.machine.pattern import Pattern, Places
 
 
 class Rides:
-    """The elements that pins may ride on, where they lie.
+    """The elements that pins may ride on, where they lie."""
 
-    The axis is the cubic over each chord with the slopes of both first axes, so that its tangent goes on from element
-    to element. The multiplier is the force normal to it, the moment that turns a block, or the force along the chord.
-
-    Parameters
-    ----------
-    geometry
-        The plane.
-    places
-        Coordinates of every pose.
-    rides
-        The pins.
-    first
-        Number of their first row among all coordinates and rows.
-    """
+    # The axis is the cubic over each chord with the slopes of both first axes, so that its tangent goes on from
+    # element to element. The multiplier is the force normal to it, the moment that turns a block, or the force along
+    # the chord.
 
     def __init__(self, geometry: Geometry, places: Places, rides: Sequence[Ride], first: int) -> None:
         self.geometry, self.rides, self.first = geometry, list(rides), first
@@ -108,10 +97,8 @@ class Rides:
         return load.reshape(*load.shape[:2], 3, -1)[:, :, :2]
 
     def pushes(self, at: Moved, a: Array) -> tuple[Array, Array, Array]:
-        """Give where along every element a pin is, 0..1, and the force and moment that it exerts there.
-
-        They are ``(instants, elements, d)`` (N) and ``(instants, elements, turns)`` (N m).
-        """
+        """Give where along every element a pin is, 0..1, and the force and moment that it exerts there."""
+        # They are (instants, elements, d) (N) and (instants, elements, turns) (N m).
         g, (_, _, works, *_, share) = self.geometry, self._measured(at, a)
         there = works.reshape(*share.shape, 3, -1)[:, :, 2] * a[:, self.row[:, 0], None]
         force, pose = there[..., : g.d], self.pose[:, 2]
@@ -119,10 +106,8 @@ class Rides:
         return share, force, g.from_chart(at.c[:, pose], there[..., g.d :]) - g.moment(arm, force)
 
     def _measured(self, at: Moved, a: Array) -> tuple[Array, ...]:
-        """Give what rows look at, gradients of it and of its work, and softness, all 0 where a pin is not.
-
-        Before the softness comes the Hessian of the work; after it 1 where a pin is, else 0, and the shares.
-        """
+        """Give what rows look at, gradients of it and of its work, and softness, all 0 where a pin is not."""
+        # Before the softness comes the Hessian of the work; after it 1 where a pin is, else 0, and the shares.
         g, (T, poses), (E, N) = self.geometry, at.r.shape[:2], self.dof.shape
         sizes = (), (N,), (N,), (N * (N + 1) // 2,), (2,), ()
         gap, gradient, works, hessian, soft, share = (np.empty((T, E, *s)) for s in sizes)

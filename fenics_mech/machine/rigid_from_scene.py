@@ -24,36 +24,15 @@ Places = tuple[Array, Array, Array]  # of freedoms, and two derivatives by time 
 
 
 def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places, drives: Places | None = None) -> Given:
-    """Give the motion of all poses as if each were fixed to its link, and links did not bend.
-
-    Parameters and errors are those of `motion_of_bodies`.
-    """
+    """Give the motion of all poses as if each were fixed to its link, and links did not bend."""
     return Given(t, poses_of_links(made, *motion_of_bodies(made, t, near, freedoms, drives)))
 
 
 def motion_of_bodies(
     made: SceneMachine, t: Array, near: Array, freedoms: Places, drives: Places | None = None
 ) -> Places:
-    """Give coordinates, rates and accelerations of the links as bodies ``(instants, size)`` each.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    t
-        Instants, ascending (s).
-    near
-        Coordinates of the links as bodies near to those that are sought ``(instants, size)``.
-    freedoms
-        Angles and strokes of the freedoms, and two derivatives by time.
-    drives
-        The same of drives, where their cranks go other ways; None for their laws.
-
-    Raises
-    ------
-    AssemblyError
-        When the links do not come together there.
-    """
+    """Give coordinates, rates and accelerations of the links as bodies ``(instants, size)`` each."""
+    # near (instants, size)
     value, first, second = (np.hstack(pair) for pair in zip(drives or driven(made, t), freedoms))
     machine = leading(made, t, value)
     q, gaps = closed(machine, t, near)
@@ -79,15 +58,8 @@ def values_at(t: Array, values: Array) -> Law:
 
 
 def coordinates_of_links(made: SceneMachine, links: Array) -> Array:
-    """Give the coordinates of poses that are fixed to links ``(instants, n)``.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    links
-        Places (m) and angles (rad) of all links ``(instants, 3 links)``.
-    """
+    """Give the coordinates of poses that are fixed to links ``(instants, n)``."""
+    # links (instants, 3 links)
     return coordinates_of_bodies(made, near_motion(made, links))
 
 
@@ -102,20 +74,11 @@ def coordinates_of_bodies(made: SceneMachine, near: Array) -> Array:
 
 def near_motion(made: SceneMachine, links: Array) -> Array:
     """Give the coordinates of the links as bodies by places (m) and angles (rad) of all ``(instants, 3 links)``."""
-    bodies = made.bodies
-    return np.asarray(links - np.column_stack([np.array(bodies.machine.r)[1:], bodies.angles]).ravel())
+    return np.asarray(links - made.bodies.drawn)
 
 
 def driven(made: SceneMachine, t: Array) -> Places:
-    """Give angles and strokes of the drives, and two derivatives by time ``(instants, drives)`` each.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    t
-        Instants (s).
-    """
+    """Give angles and strokes of the drives, and two derivatives by time ``(instants, drives)`` each."""
     scene = made.scene
     if not scene.drives:
         return (np.zeros((len(t), 0)),) * 3
@@ -146,15 +109,7 @@ def links_of_poses(made: SceneMachine) -> Index:
 
 
 def poses_of_links(made: SceneMachine, q: Array, v: Array, a: Array) -> PoseMotion:
-    """Give the motion of all poses, as if each were fixed to its link.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    q, v, a
-        Coordinates, rates and accelerations of the links as bodies ``(instants, size)``.
-    """
+    """Give the motion of all poses, as if each were fixed to its link."""
     bodies, machine = made.bodies, made.machine
     count, drawn = len(made.scene.links), made.bodies.frames()
     of_links = [x[:, : 3 * count].reshape(len(x), count, 3) for x in (q, v, a)]

@@ -20,63 +20,31 @@ Line = Callable[[Array, Array, Array, Array], Array]
 
 @dataclass(frozen=True)
 class EndForces:
-    """What acts on the ends of every element, in the fixed frame.
+    """What acts on the ends of every element, in the fixed frame."""
 
-    Parameters
-    ----------
-    force
-        ``(instants, elements, 2, d)`` (N).
-    moment
-        About the end ``(instants, elements, 2, turns)`` (N m).
-    place, axes
-        Of the ends ``(instants, elements, 2, d)`` (m) and ``(instants, elements, 2, d, d)``.
-    """
-
-    force: Array
-    moment: Array
-    place: Array
+    force: Array  # (instants, elements, 2, d) (N)
+    moment: Array  # about the end (instants, elements, 2, turns) (N m)
+    place: Array  # of the ends (instants, elements, 2, d) (m) and (instants, elements, 2, d, d)
     axes: Array
 
 
 @dataclass(frozen=True)
 class Sections:
-    """Forces in sections, and where these are, ``(instants, stations)`` each.
+    """Forces in sections, and where these are, ``(instants, stations)`` each."""
 
-    Parameters
-    ----------
-    axial, shear
-        Along the bent axis, and dM/ds (N).
-    moment
-        N m.
-    place
-        On the bent axis, ``(instants, stations, 2)`` (m).
-    bow
-        Of it what the forces make within an element whose ends do not move ``(instants, stations, 2)`` (m).
-    """
-
-    axial: Array
+    axial: Array  # along the bent axis, and dM/ds (N)
     shear: Array
-    moment: Array
-    place: Array
-    bow: Array
+    moment: Array  # N m
+    place: Array  # on the bent axis, (instants, stations, 2) (m)
+    bow: Array  # of it what the forces make within an element whose ends do not move (instants, stations, 2) (m)
 
 
 def end_forces(
     beams: Beams, group: Group, measured: Measured, at: Moved, loads: Sequence[tuple[AlongBeams, Array]] = ()
 ) -> EndForces:
-    """Give what holds each element at its ends: against its stresses, for its motion, and against loads along it.
-
-    Gravity and drag count as accelerations of its mass, so that these forces balance within the element.
-
-    Parameters
-    ----------
-    beams, group, measured
-        The elements, where they lie, and their stresses.
-    at
-        The poses.
-    loads
-        Loads along elements, with their stresses ``(instants, places, d)``.
-    """
+    """Give what holds each element at its ends: against its stresses, for its motion, and against loads along it."""
+    # loads (instants, places, d)
+    # Gravity and drag count as accelerations of its mass, so that these forces balance within the element.
     g, d, pose = group.geometry, group.geometry.d, group.pose
     offset, turn = (
         np.array([[getattr(end, name) for end in pair] for pair in beams.pairs]) for name in ("offset", "turn")
@@ -110,17 +78,8 @@ def end_forces(
 
 
 def with_rides(forces: EndForces, beams: Beams, rides: Rides, at: Moved, a: Array) -> EndForces:
-    """Give the same where pins ride inside elements: their ends hold the pins' loads too.
-
-    Parameters
-    ----------
-    forces
-        What holds the elements against stresses and inertia.
-    beams, rides
-        The elements, and the pins that ride on some of them.
-    at, a
-        The poses, and accelerations with multipliers ``(instants, size)``.
-    """
+    """Give the same where pins ride inside elements: their ends hold the pins' loads too."""
+    # at, a (instants, size)
     number = _ridden(beams, rides)
     load = rides.loads(at, a)
     push, way = load[..., : at.r.shape[-1]], forces.place[:, number] - at.r[:, rides.pose[:, :2]]
@@ -140,21 +99,11 @@ def _ridden(beams: Beams, rides: Rides) -> list[int]:
 
 @dataclass(frozen=True)
 class InnerForces:
-    """Forces and moments that act inside elements.
+    """Forces and moments that act inside elements."""
 
-    Parameters
-    ----------
-    element
-        The element of each ``(forces,)``.
-    place
-        Where they act, 0..1 along it ``(instants, forces)``.
-    force, moment
-        ``(instants, forces, 2)`` (N) and ``(instants, forces, 1)`` (N m).
-    """
-
-    element: Index
-    place: Array
-    force: Array
+    element: Index  # the element of each (forces,)
+    place: Array  # where they act, 0..1 along it (instants, forces)
+    force: Array  # (instants, forces, 2) (N) and (instants, forces, 1) (N m)
     moment: Array
 
     @classmethod
@@ -177,33 +126,11 @@ def inside(
     softness: Callable[[Array], Array] | None = None,
     shear: Array | None = None,
 ) -> Sections:
-    """Give the forces in sections at places inside elements.
-
-    It is the equilibrium of the part before the place, along the bent axis. That is a cubic between the ends, whose
-    slopes are as long as the axis is stretched there, and turned as it is sheared. On it is the bow of a clamped beam
-    under the mean of what acts across it. With places inside it is the polynomial through them.
-
-    Parameters
-    ----------
-    beams, group, at, ends
-        The elements, and what acts on their ends.
-    elements, places
-        Element of each station, and its place in it, 0..1 ``(stations,)``.
-    line_mass
-        Mass per length (kg/m) by a share of each station's element ``(stations,)``.
-    loads
-        Forces inside elements.
-    line
-        Gives the load per length by a share of each station's element, and place, tangent and velocity of the axis
-        there.
-    bent
-        Whether forces have levers by the bow within elements: not in a linear theory without axial forces.
-    softness
-        Gives the bending stiffness of each station's element over that of its section at a share of the element
-        ``(stations,)``; None where sections are the same along all elements.
-    shear
-        G A_s of every element (N); None where they are rigid in shear.
-    """
+    """Give the forces in sections at places inside elements."""
+    # elements, places (stations,) each; line_mass (stations,) (kg/m); softness (stations,); shear (N)
+    # It is the equilibrium of the part before the place, along the bent axis. That is a cubic between the ends, whose
+    # slopes are as long as the axis is stretched there, and turned as it is sheared. On it is the bow of a clamped
+    # beam under the mean of what acts across it. With places inside it is the polynomial through them.
     length = np.array([element.length for element in beams.elements])[elements]
     rotary = np.array([element.rotary[0] for element in beams.elements])[elements] / length  # kg m
     beside = np.array([element.moment[0] for element in beams.elements])[elements, None]  # rho A e (kg)
@@ -301,15 +228,7 @@ def inside(
 
 
 def on_cubics(beams: Beams, group: Group, at: Moved, elements: Index, places: Array) -> Array:
-    """Give places on the polynomials between the ends of elements, ``(instants, stations, 2)`` (m).
-
-    Parameters
-    ----------
-    beams, group, at
-        The elements, and the poses.
-    elements, places
-        As of `inside`.
-    """
+    """Give places on the polynomials between the ends of elements, ``(instants, stations, 2)`` (m)."""
     length = np.array([element.length for element in beams.elements])[elements]
     columns = np.concatenate([at.r[:, :, None], np.swapaxes(at.R, -1, -2)], axis=2)
     within = np.array(beams.inside, dtype=int)[elements]
@@ -326,12 +245,10 @@ def _bows(
     loads: Sequence[Array | float],
     bent: bool,
 ) -> tuple[Array, Array]:
-    """Give b and c of the deflection (b + c (2 x - 1)) x^2 (1 - x)^2 within elements ``(instants, stations, 2)`` (m).
-
-    The fourth derivative of the deflection times EI is p, N times the curvature and the load less the inertia across
-    the axis. With its mean, b is p length^4/(24 EI). With half its change from end to end, c is that over 120.
-    `line_masses` and `loads` are at the start, in the middle, and at the end. N acts where axes are `bent`.
-    """
+    """Give b and c of the deflection (b + c (2 x - 1)) x^2 (1 - x)^2 in elements ``(instants, stations, 2)`` (m)."""
+    # The fourth derivative of the deflection times EI is p, N times the curvature and the load less the inertia
+    # across the axis. With its mean, b is p length^4/(24 EI). With half its change from end to end, c is that over
+    # 120. `line_masses` and `loads` are at the start, in the middle, and at the end. N acts where axes are `bent`.
     length = np.array([element.length for element in beams.elements])[elements]
     bending = length * np.array([element.stiffness[2, 2] for element in beams.elements])[elements]
     normal, along = ends.axes[:, elements].mean(axis=2).transpose(3, 0, 1, 2)[::-1]
@@ -372,14 +289,11 @@ def _clamped_under_couple(place: Array, x: Array, derivative: int) -> Array:
 def _bow_of_varying(
     x: Array, bows: tuple[Array, Array], turns: Sequence[Array], softness: Callable[[Array], Array], derivative: int
 ) -> Array:
-    """Give how far the axis of elements whose sections vary is beside the cubic ``(instants, stations, 2)`` (m).
-
-    With `derivative` 1 it is the derivative of that by the share.
-
-    Its second derivative is s (k + C + D x) less that of the cubic, with k that of the bow of even sections and s the
-    softness. C and D are the moments by which neither its ends nor their slopes are beside the cubic.
-    `turns` are the cubic's second derivatives at both ends.
-    """
+    """Give how far the axis of elements whose sections vary is beside the cubic ``(instants, stations, 2)`` (m)."""
+    # With `derivative` 1 it is the derivative of that by the share.
+    # Its second derivative is s (k + C + D x) less that of the cubic, with k that of the bow of even sections and s
+    # the softness. C and D are the moments by which neither its ends nor their slopes are beside the cubic. `turns`
+    # are the cubic's second derivatives at both ends.
     points, weights = np.polynomial.legendre.leggauss(8)  # shares of polynomials in 1/EI, to 1e-9 of tapers to a half
     points, weights = (points + 1) / 2, weights / 2
 
@@ -403,10 +317,8 @@ def _bow_of_varying(
 
 
 def _of_axes(beams: Beams, group: Group, rates: Array, elements: Index, axis: int) -> tuple[Array, Array]:
-    """Give places and one axis of both ends by those of the poses' vectors, ``(instants, stations, 2, d)``.
-
-    They are second rates or rates, as those ``(instants, poses, 1 + d, d)`` of the poses.
-    """
+    """Give places and one axis of both ends by those of the poses' vectors, ``(instants, stations, 2, d)``."""
+    # They are second rates or rates, as those (instants, poses, 1 + d, d) of the poses.
     pose = group.pose[elements]
     offset, turn = (
         np.array([[getattr(end, name) for end in beams.pairs[e]] for e in elements]) for name in ("offset", "turn")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -11,16 +12,17 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import SPACE, End
-from fenics_mech.joints import kind_of
+from fenics_mech.joints import Row, kind_of
+from fenics_mech.joints.kinds import turn
+from fenics_mech.machine.groups import Drag
 from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.mobility import hold_idle, loosen, mobility
 from fenics_mech.scene.in_space import PointDamper, SpatialForce, SpatialMember, SpatialScene, SpatialTorque
 from fenics_mech.scene.springs_dampers import HingeDamper, LineDamper, LineSpring
 from fenics_mech.sections import SectionNumbers, numbers_of
-from fenics_mech.terms import Damper, DeadLoad, Effort, Element, Look, Spring
+from fenics_mech.terms import Damper, DeadLoad, Effort, Element, Look, Measure, Spring
 
-SAME = 1e-9  # of a member's length, between nodes that are one
-STROKE_AXIS = {"slider": 0, "cylinder": 2}  # along which axis of its ends a joint slides
+STROKE_AXIS = {"slider": 0, "slot": 0, "cylinder": 2}  # along which axis of its ends a joint slides
 
 
 @dataclass
@@ -107,6 +109,7 @@ def spatial_machine(scene: SpatialScene, finer: int = 1) -> SpatialMachine:
         When something can move that nothing drives, and it is no turn of a link about its own line.
     """
     machine = Machine(SPACE, scene.gravity)
+    machine.drag = Drag(scene.damping.external, scene.damping.relative)
     made, nodes = SpatialMachine(scene, machine), _Nodes(scene, machine, finer)
     pairs: list[tuple[End, End]] = []
     elements: list[Element] = []
@@ -227,7 +230,7 @@ def _add_joints(made: SpatialMachine, nodes: _Nodes) -> None:
         one, other = map(nodes.end, joint.connect)
         first = np.array(joint.axis or (0.0, 0.0, 1.0))
         # a slider lies along the first of its axes, and the axis of the others is the last
-        axes = SPACE.axes(first) if joint.kind == "slider" else SPACE.axes(first)[:, [1, 2, 0]]
+        axes = SPACE.axes(first) if joint.kind in ("slider", "slot") else SPACE.axes(first)[:, [1, 2, 0]]
         both = axes, axes
         if joint.axes is not None:
             both = tuple(SPACE.axes(np.array(way))[:, [1, 2, 0]] for way in joint.axes)  # type: ignore[assignment]
@@ -247,7 +250,7 @@ def _add_drives(made: SpatialMachine) -> None:
     scene = made.scene
     for drive in scene.drives:
         kind = scene.joints[drive.joint].kind
-        by_stroke = kind == "slider" or (kind == "cylinder" and drive.speed is None)
+        by_stroke = kind in ("slider", "slot") or (kind == "cylinder" and drive.speed is None)
         ends = made.joints[drive.joint]
         start = float(drive.jet(np.zeros(1), scene.cycle_rate).value[0]) if drive.law is not None else 0.0
         drawn = 0.0
@@ -266,7 +269,7 @@ def _judge_mobility(made: SpatialMachine, nodes: _Nodes) -> None:
     scene, machine = made.scene, made.machine
     found = mobility(machine)
     made.freedoms = found.freedoms
-    if len(found.idle):
+    if len(found.idle) and scene.analysis.method != "transient":  # in which what is free moves
         places = np.append(found.idle, np.zeros((len(found.idle), 1)), axis=1)[:, machine.places]
         moved = places[..., :3].reshape(len(found.idle), -1) / machine.extent
         ways, sizes, _ = np.linalg.svd(moved, full_matrices=True)
@@ -292,6 +295,37 @@ def _judge_mobility(made: SpatialMachine, nodes: _Nodes) -> None:
 
 
 IDLE = 1e-6  # of a turn times the machine's extent: places that move less are those of a turn about the link's own line
+
+
+@contextmanager
+def held_as_drawn(made: SpatialMachine) -> Iterator[None]:
+    """Hold joints as they are drawn where springs lead what the drives do not: the rest of the machine can then move.
+
+    Parameters
+    ----------
+    made
+        The machine; after it, nothing is held.
+    """
+    machine, rows = made.machine, len(made.machine.rows)
+    left = len(mobility(machine).idle) if made.scene.springs else 0
+    sprung = {getattr(spring, "joint", "") for spring in made.scene.springs.values()}
+    for name in sorted(made.joints, key=lambda name: name not in sprung):
+        one, other = made.joints[name]
+        there = machine.drawn(other)
+        pair = machine.end(one.pose, there), machine.end(other.pose, there)
+        for measure in (*turn(SPACE), *(Measure(Look.ALONG, axis) for axis in range(3))):
+            if not left:
+                break
+            machine.rows.append(Row(pair, measure, name=name))
+            machine.forget_plan()
+            if (now := len(mobility(machine).idle)) < left:
+                left = now
+            else:
+                machine.rows.pop()
+    machine.forget_plan()
+    yield
+    del machine.rows[rows:]
+    machine.forget_plan()
 
 
 def _add_acting(made: SpatialMachine, nodes: _Nodes) -> None:

@@ -10,7 +10,6 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, end_forces
 from fenics_mech.machine.spatial import MemberInSpace, SpatialMachine
-from fenics_mech.terms import Response
 
 GAUSS = np.polynomial.legendre.leggauss(5)  # inertia times a lever is of the degree 7 along an element
 
@@ -142,7 +141,6 @@ def of_joints(made: SpatialMachine, motion: Motion) -> dict[str, tuple[Array, Ar
     values = [row.value(motion.t) if callable(row.value) else np.full(len(motion.t), row.value) for row in machine.rows]
     measured = group.measure(at, np.stack(values, axis=1)[..., None])
     pulls = motion.a[:, machine.n : machine.n + len(machine.rows), None]
-    measured = measured.with_response(Response(pulls))
     force, by_chart = group.on_ends(np.einsum("temn,tem->ten", measured.gradient, pulls))
     offset = np.array([[end.offset for end in row.pair] for row in machine.rows])
     arm = np.einsum("tekij,ekj->teki", at.R[:, group.pose], offset)

@@ -16,7 +16,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.beams.simply_supported import simply_supported_frequencies
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import Revolute, Slot
 
@@ -25,30 +25,18 @@ End = tuple[int, int]  # number of a beam, and 0 or -1: its first or its last no
 
 @dataclass(frozen=True)
 class Beam:
-    """A member at drive angle 0.
+    """A member at drive angle 0."""
 
-    Parameters
-    ----------
-    label
-        Label of the member.
-    ends, velocities
-        Places (m) and velocities (m/s) of both ends, ``(2, 2)``.
-    turning
-        Angular velocity (rad/s).
-    line_density, axial, bending
-        Mass per length (kg/m), EA (N) and EI (N m^2).
-    fibres
-        Distances of the "+" and "-" fibres from the axis, along the normal (m), ``(2,)``.
-    """
-
-    label: str
+    label: str  # label of the member
+    # ends, velocities: places (m) and velocities (m/s) of both ends, ``(2, 2)``
     ends: Array
     velocities: Array
-    turning: float
+    turning: float  # angular velocity (rad/s)
+    # line_density, axial, bending: mass per length (kg/m), EA (N) and EI (N m^2)
     line_density: float
     axial: float
     bending: float
-    fibres: Array
+    fibres: Array  # distances of the "+" and "-" fibres from the axis, along the normal (m), ``(2,)``
 
     @property
     def length(self) -> float:
@@ -63,42 +51,18 @@ class Beam:
 
 @dataclass(frozen=True)
 class BeamLinkage:
-    """Beams and what joins them.
+    """Beams and what joins them."""
 
-    Parameters
-    ----------
-    beams
-        All members.
-    welds
-        Pairs of ends that share their place and turn together.
-    pins
-        Pairs of ends that share their place.
-    supports
-        Ends that stay where they are.
-    guides
-        Ends that keep their distance from a line, each with the normal of the line.
-    masses
-        Ends with point masses (kg).
-    drive
-        The end whose beam is turned about it at a constant speed; it is one of the supports.
-    speed
-        That speed (rad/s).
-    retardation
-        Ratio of viscous to elastic moduli of the Kelvin-Voigt material (s).
-    joints
-        Names of the joints of the pins, then of the supports, then of the guides.
-    """
-
-    beams: tuple[Beam, ...]
-    welds: tuple[tuple[End, End], ...]
-    pins: tuple[tuple[End, End], ...]
-    supports: tuple[End, ...]
-    guides: tuple[tuple[End, Array], ...]
-    masses: tuple[tuple[End, float], ...]
-    drive: End
-    speed: float
-    retardation: float
-    joints: tuple[str, ...]
+    beams: tuple[Beam, ...]  # all members
+    welds: tuple[tuple[End, End], ...]  # pairs of ends that share their place and turn together
+    pins: tuple[tuple[End, End], ...]  # pairs of ends that share their place
+    supports: tuple[End, ...]  # ends that stay where they are
+    guides: tuple[tuple[End, Array], ...]  # ends that keep their distance from a line, each with the normal of the line
+    masses: tuple[tuple[End, float], ...]  # ends with point masses (kg)
+    drive: End  # the end whose beam is turned about it at a constant speed; it is one of the supports
+    speed: float  # that speed (rad/s)
+    retardation: float  # ratio of viscous to elastic moduli of the Kelvin-Voigt material (s)
+    joints: tuple[str, ...]  # names of the joints of the pins, then of the supports, then of the guides
 
     @property
     def period(self) -> float:
@@ -107,21 +71,9 @@ class BeamLinkage:
 
 
 def with_material_damping(scene: Scene) -> Scene:
-    """Give a scene whose damping is of the material alone, which other programs have too.
-
-    A ratio of the modes becomes the retardation time that damps the lowest mode of the softest member on two pins by
-    that ratio, ``2 ratio/omega`` with ``omega = (pi/L)^2 sqrt(EI/(rho A))``.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    SceneError
-        When the scene has damping by the surroundings.
-    """
+    """Give a scene whose damping is of the material alone, which other programs have too."""
+    # A ratio of the modes becomes the retardation time that damps the lowest mode of the softest member on two pins
+    # by that ratio, ``2 ratio/omega`` with ``omega = (pi/L)^2 sqrt(EI/(rho A))``.
     damping = scene.damping
     if damping.external or damping.relative or damping.air:
         raise SceneError("other programs are given damping of modes or material", place="damping")
@@ -131,37 +83,14 @@ def with_material_damping(scene: Scene) -> Scene:
 
 
 def exported_linkage(scene: Scene) -> BeamLinkage:
-    """Give a scene as beams between joints, with the damping that other programs have too.
-
-    Parameters
-    ----------
-    scene
-        A scene as `beam_linkage` takes it. A damping ratio becomes that of the material, by `with_material_damping`.
-
-    Raises
-    ------
-    SceneError
-        When no link bends, or the scene has what other programs are not given.
-    """
+    """Give a scene as beams between joints, with the damping that other programs have too."""
     if not scene.members():
         raise SceneError("no link has a member, and other programs are given links that bend", place="links")
     return beam_linkage(with_material_damping(scene))
 
 
 def beam_linkage(scene: Scene) -> BeamLinkage:
-    """Give a scene as beams between joints.
-
-    Parameters
-    ----------
-    scene
-        Links of straight uniform members, with pins, guides of the ground, and point masses without inertia, one of
-        them turned at a constant speed by a drive on the ground. Its damping is of the material alone.
-
-    Raises
-    ------
-    SceneError
-        When the scene has anything else.
-    """
+    """Give a scene as beams between joints."""
     _check(scene)
     places = _ends(scene)
     welds = [pair for ends in places.values() for pair in pairwise(ends)]

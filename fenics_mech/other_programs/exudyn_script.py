@@ -21,29 +21,7 @@ and damping = {{ material = {retardation!r} }} (s), the only damping here.
 
 
 def exudyn_script(scene: Scene) -> str:
-    """Write a scene as a Python script that builds and runs it in Exudyn.
-
-    Parameters
-    ----------
-    scene
-        A scene as `exported_linkage` takes it.
-
-    Returns
-    -------
-    str
-        The script.
-
-    Raises
-    ------
-    SceneError
-        When the scene has what the script has no words for.
-
-    Examples
-    --------
-    >>> from fenics_mech.other_programs.exudyn_script import exudyn_script
-    >>> "the steady cycle by Exudyn" in exudyn_script(fm.load("demos/four_bar.toml"))
-    True
-    """
+    """Write a scene as a Python script that builds and runs it in Exudyn."""
     from fenics_mech._version import __version__  # noqa: PLC0415
 
     linkage = exported_linkage(scene)

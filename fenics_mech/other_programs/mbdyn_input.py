@@ -58,32 +58,9 @@ end: control data;
 
 
 def mbdyn_input(scene: Scene) -> str:
-    """Write a scene as an input file of MBDyn.
-
-    Each member is sixteen beam elements of three nodes. Masses are at the nodes, by Simpson's rule. The shear stiffness
-    is as large as that along the axis, so that sections stay nearly normal to the axis.
-
-    Parameters
-    ----------
-    scene
-        A scene as `exported_linkage` takes it.
-
-    Returns
-    -------
-    str
-        The input file.
-
-    Raises
-    ------
-    SceneError
-        When the scene has what the file has no words for.
-
-    Examples
-    --------
-    >>> from fenics_mech.other_programs.mbdyn_input import mbdyn_input
-    >>> "the steady cycle by MBDyn" in mbdyn_input(fm.load("demos/four_bar.toml"))
-    True
-    """
+    """Write a scene as an input file of MBDyn."""
+    # Each member is sixteen beam elements of three nodes. Masses are at the nodes, by Simpson's rule. The shear
+    # stiffness is as large as that along the axis, so that sections stay nearly normal to the axis.
     from fenics_mech._version import __version__  # noqa: PLC0415
 
     linkage = exported_linkage(scene)

@@ -6,14 +6,14 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.remarks import UNKNOWN
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.known import SHEAR, VIBRATION
 from fenics_mech.effects.shear import assumed
 from fenics_mech.errors import percent, percent_of_error
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
+from fenics_mech.estimate.remarks import UNKNOWN
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.strength import exceeded
+from fenics_mech.recovery.faces import exceeded
 from fenics_mech.scene import Scene
 from fenics_mech.scene.plausibility import implausible
 
@@ -37,17 +37,7 @@ CURES = {
 
 
 def answer_remarks(scene: Scene, result: Result, of_starts: Iterable[str] = ()) -> dict[str, str]:
-    """Give what is said beside an answer, as attributes of the result: lists of sentences as JSON.
-
-    Parameters
-    ----------
-    scene
-        The scene as it was stated.
-    result
-        Its result.
-    of_starts
-        Warnings of how the motion starts.
-    """
+    """Give what is said beside an answer, as attributes of the result: lists of sentences as JSON."""
     too_weak = exceeded(scene.members(), scene.sections, scene.materials, result.data)
     taken = assumed(result.scene) if SHEAR in result.scene.named_effects else ()
     coarse = [f"too coarse: {text}"] if (text := result.data.attrs.get("coarse_because")) else []
@@ -67,15 +57,8 @@ def _added(stated: Scene, taken: Scene) -> list[str]:
 
 
 def unmet(result: Result) -> list[str]:
-    """Say which tolerances a result does not meet by its estimates, why, and what to do about it.
-
-    Steps and mesh are within the tolerance, or there is no result. What is beyond it has one of the other causes.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Say which tolerances a result does not meet by its estimates, why, and what to do about it."""
+    # Steps and mesh are within the tolerance, or there is no result. What is beyond it has one of the other causes.
     data, found = result.data, list[str]()
     unknown = UNKNOWN in data.attrs.get("not_estimated", "")
     for what, most in result.scene.tolerances.items():
@@ -97,37 +80,19 @@ def unmet(result: Result) -> list[str]:
 
 
 def made_finer(result: Result) -> str:
-    """Say which mesh and steps the program took in place of its usual ones; empty where these suffice.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Say which mesh and steps the program took in place of its usual ones; empty where these suffice."""
     said = in_words(str(result.data.attrs.get("refined", "")))
     return f"Chosen for it: {said}." if said else ""
 
 
 def in_words(numbers: str) -> str:
-    """Say which mesh and steps were taken in place of the usual ones.
-
-    Parameters
-    ----------
-    numbers
-        The numbers by name, as JSON; empty where there are none.
-    """
+    """Say which mesh and steps were taken in place of the usual ones."""
     said = [f"{value:g} {NUMBERS_IN_WORDS.get(name, name)}" for name, value in json.loads(numbers or "{}").items()]
     return " and ".join(said)
 
 
 def leaves_vibration(decided: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether vibration is the largest effect that is left out, as of a quasi-static method: no tolerance takes it.
-
-    Parameters
-    ----------
-    decided
-        What was decided about every effect, as a result has it.
-    """
+    """Whether vibration is the largest effect that is left out, as of a quasi-static method: no tolerance takes it."""
     held = {EFFECTS[one["name"]].replaces for one in decided if one["acts"] and one["name"] in EFFECTS}
     sizes = {one["name"]: one["size"] or 0.0 for one in decided if not one["acts"] and one["name"] not in held}
     return 0 < sizes.get(VIBRATION, 0.0) == max(sizes.values(), default=0.0)

@@ -31,66 +31,40 @@ CUTS = CutLimits()
 
 @dataclass(frozen=True)
 class Steps:
-    """Steps of a cycle, in the order of time; arrays of shape ``(steps,)``.
+    """Steps of a cycle, in the order of time; arrays of shape ``(steps,)``."""
 
-    Parameters
-    ----------
-    start
-        Drive angle (rad) at which each begins.
-    rate
-        Rate of the drive coordinate (rad/s), with its sign.
-    jumps
-        Whether a load jumps at the end of a step.
-    """
-
-    start: Array
-    rate: float
-    jumps: NDArray[np.bool_]
+    start: Array  # drive angle (rad) at which each begins
+    rate: float  # rate of the drive coordinate (rad/s), with its sign
+    jumps: NDArray[np.bool_]  # whether a load jumps at the end of a step
+    breaks: NDArray[np.bool_]  # whether a load jumps, or an impulse acts, where a step begins
 
     @classmethod
     def of(cls, scene: Scene) -> Steps:
-        """Cut the cycle of a scene.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-
-        Raises
-        ------
-        SceneError
-            When its loads have too many corners that the points of the steps do not show.
-        """
+        """Cut the cycle of a scene."""
         return cls._cut_at(scene, corners_to_cut(scene))
 
     @classmethod
     def _cut_at(cls, scene: Scene, corners: Array) -> Steps:
         """Cut the cycle where impulses act and loads jump, and at corners of their factors (rad)."""
-        rate = scene.cycle_rate
-        equal = np.abs(scene.drive_angles(scene.analysis.sub_intervals))
-        impulses = _turned(rate, [impulse.angle or 0.0 for impulse in scene.impulses.values()])
-        jumps = _turned(rate, _load_jumps(scene))
-        turned = equal
+        rate, count = scene.cycle_rate, scene.analysis.sub_intervals
+        turned = np.arange(count) / count * TURN
+        impulses = _turned(rate, [x.angle for x in scene.impulses.values() if x.angle is not None])
+        jumps = _turned(rate, [angle for load in scene.loads.values() for angle in load.jumps])
         for angle in (*impulses, *jumps, *_turned(rate, corners)):
             if _differences(np.array([angle]), turned).min() > SAMPLING.same:
                 turned = np.sort(np.append(turned, angle))
-        jumping = _differences(turned, jumps).min(axis=1, initial=TURN) < SAMPLING.same
-        return cls(
-            start=math.copysign(1, rate) * turned,
-            rate=rate,
-            jumps=np.roll(jumping, -1),
-        )
+        jumping, struck = (_differences(turned, x).min(axis=1, initial=TURN) < SAMPLING.same for x in (jumps, impulses))
+        return cls(math.copysign(1, rate) * turned, rate, np.roll(jumping, -1), jumping | struck)
+
+    @property
+    def times(self) -> Array:
+        """When they begin (s): at a jump or an impulse, which count to the step after it, a rounding before it."""
+        return (np.abs(self.start) - 2 * SAMPLING.same * self.breaks) / abs(self.rate)
 
     def angles(self, places: Array) -> Array:
-        """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``.
-
-        The end of a step at which a load jumps is taken just before the jump.
-
-        Parameters
-        ----------
-        places
-            Shares of a step, ``(places,)``.
-        """
+        """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``."""
+        # The end of a step at which a load jumps is taken just before the jump.
+        # places: shares of a step, ``(places,)``
         turned = np.diff(np.abs(self.start), append=TURN)  # the rate times the duration, but the same at all rates
         angles = self.start[:, None] + math.copysign(1, self.rate) * turned[:, None] * places
         before = math.copysign(2 * SAMPLING.same, self.rate) * (self.jumps[:, None] & (places > 1 - SAMPLING.same))
@@ -98,26 +72,10 @@ class Steps:
 
 
 def corners_to_cut(scene: Scene) -> Array:
-    """Give the corners of loads' factors in sub-intervals whose points do not show what a factor does there.
-
-    In such a sub-interval the mean by the quadrature of the points is off by more than `CutLimits.missed`. Or the mean
-    is not between the values at the points. In a step that is cut there the factor is a polynomial.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    numpy.ndarray
-        Drive angles (rad), ``(corners,)``.
-
-    Raises
-    ------
-    SceneError
-        When there are more than `CUTS.most_corners` of them.
-    """
+    """Give the corners of loads' factors in sub-intervals whose points do not show what a factor does there."""
+    # In such a sub-interval the mean by the quadrature of the points is off by more than `CutLimits.missed`. Or the
+    # mean is not between the values at the points. In a step that is cut there the factor is a polynomial.
+    # Gives drive angles (rad), ``(corners,)``.
     steps, tableau, found = Steps._cut_at(scene, np.zeros(0)), radau(scene.analysis.stages), [np.zeros(0)]
     for name, load in scene.loads.items():
         if load.factor is None or not load.factor.corners:
@@ -137,15 +95,8 @@ def corners_to_cut(scene: Scene) -> Array:
 
 
 def loads_with_hidden_peaks(scene: Scene) -> list[str]:
-    """Name the loads whose factor has a peak in a step that none of its values at the points shows.
-
-    Harmonics have none where their points are as many as `enough_angles`.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Name the loads whose factor has a peak in a step that none of its values at the points shows."""
+    # Harmonics have none where their points are as many as `enough_angles`.
     steps, tableau = Steps.of(scene), radau(scene.analysis.stages)
     return [
         name
@@ -157,22 +108,13 @@ def loads_with_hidden_peaks(scene: Scene) -> list[str]:
 
 @dataclass(frozen=True)
 class _Means:
-    """Means of a load's factor over steps; arrays of shape ``(steps,)``.
+    """Means of a load's factor over steps; arrays of shape ``(steps,)``."""
 
-    Parameters
-    ----------
-    exact, quadrature
-        The mean, and what the points of the step make of it.
-    outside
-        Whether the mean is not between the values at the points of the step and at those next to it.
-    largest
-        The largest mean of the factor's magnitude.
-    """
-
-    exact: Array
+    exact: Array  # exact, quadrature: the mean, and what the points of the step make of it
     quadrature: Array
+    # whether the mean is not between the values at the points of the step and at those next to it
     outside: NDArray[np.bool_]
-    largest: float
+    largest: float  # the largest mean of the factor's magnitude
 
     @classmethod
     def of(cls, load: Varying, steps: Steps, tableau: Tableau) -> _Means:
@@ -189,11 +131,6 @@ class _Means:
         largest = float(size.max())
         outside = np.maximum(around.min(axis=1) - mean, mean - around.max(axis=1)) > CUTS.hidden * largest
         return cls(mean, seen @ tableau.A[-1], outside, largest)
-
-
-def _load_jumps(scene: Scene) -> list[float]:
-    """Drive angles (rad) at which loads jump."""
-    return [angle for load in scene.loads.values() for angle in load.jumps]
 
 
 def _turned(rate: float, angles: ArrayLike) -> Array:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._guard import memory
+from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.bodies import MESH
@@ -52,18 +53,10 @@ NUMBERS = {
 
 @dataclass(frozen=True)
 class Discretisation:
-    """Numbers that decide on the numerical errors.
+    """Numbers that decide on the numerical errors."""
 
-    Parameters
-    ----------
-    elements
-        Per member.
-    sub_intervals, stations
-        Of the analysis.
-    """
-
-    elements: float
-    sub_intervals: float
+    elements: float  # per member
+    sub_intervals: float  # sub_intervals, stations: of the analysis
     stations: float
 
     @property
@@ -72,18 +65,7 @@ class Discretisation:
         return 2 * math.ceil(self.sub_intervals / 2)
 
     def of(self, scene: Scene) -> Scene:
-        """Give the scene with this discretisation; how coarse or unstable a motion is stays to be judged.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-
-        Returns
-        -------
-        Scene
-            A periodic response is by Radau points.
-        """
+        """Give the scene with this discretisation; how coarse or unstable a motion is stays to be judged."""
         values: dict[str, Any] = {"stations": math.ceil(self.stations), "allow_coarse": True}
         if scene.analysis.method == "periodic":
             solver = "poses" if scene.analysis.solver == "poses" else "collocation"
@@ -92,32 +74,13 @@ class Discretisation:
         return with_elements(scene, math.ceil(self.elements)).changed(**changes)
 
     def number(self, source: str) -> int:
-        """Give the number that makes the error of a source smaller.
-
-        Parameters
-        ----------
-        source
-            Source of an error: "time", "positions", "mesh" or "stations".
-
-        Returns
-        -------
-        int
-            Sub-intervals, elements per member, or spaces between stations.
-        """
+        """Give the number that makes the error of a source smaller."""
         if source == "stations":
             return math.ceil(self.stations) - 1
         return self.steps if source in ("time", "positions") else math.ceil(self.elements)
 
     def finer(self, source: str, by: float) -> Discretisation:
-        """Refine what makes an error smaller, so many times.
-
-        Parameters
-        ----------
-        source
-            Source of an error: "time", "mesh" or "stations".
-        by
-            Factor of the number that `number` gives.
-        """
+        """Refine what makes an error smaller, so many times."""
         if source == "stations":
             return replace(self, stations=by * (self.stations - 1) + 1)
         if source == "time":
@@ -127,37 +90,16 @@ class Discretisation:
 
 @dataclass(frozen=True)
 class Trial:
-    """A run with a discretisation.
+    """A run with a discretisation."""
 
-    Parameters
-    ----------
-    discretisation
-        What it was run with.
-    errors
-        Estimated relative errors, by quantity and then by source.
-    orders
-        Expected convergence order of each source.
-    dofs
-        Its degrees of freedom.
-    """
-
-    discretisation: Discretisation
-    errors: Mapping[str, Mapping[str, float]]
-    orders: Mapping[str, float]
-    dofs: int
+    discretisation: Discretisation  # what it was run with
+    errors: Mapping[str, Mapping[str, float]]  # estimated relative errors, by quantity and then by source
+    orders: Mapping[str, float]  # expected convergence order of each source
+    dofs: int  # its degrees of freedom
 
     def too_large(self, discretisation: Discretisation, scene: Scene) -> str:
-        """Say which number of a discretisation of a scene exceeds memory or time; empty if none.
-
-        Where the response is not periodic, the steps are not limited.
-
-        Parameters
-        ----------
-        discretisation
-            The discretisation to look at.
-        scene
-            The scene.
-        """
+        """Say which number of a discretisation of a scene exceeds memory or time; empty if none."""
+        # Where the response is not periodic, the steps are not limited.
         if discretisation.stations > SCENE.most_stations:
             return "stations"
         if discretisation.elements > MESH.most_unreduced:
@@ -176,20 +118,9 @@ class Trial:
 
 
 def slow_order(trials: Sequence[Trial], what: str, source: str) -> float | None:
-    """Observed convergence order over the last two trials, where it is below half of the expected one.
-
-    It is that of the error of a quantity by a source. None where the error falls as expected, or where the error or
-    its number hardly changed.
-
-    Parameters
-    ----------
-    trials
-        Runs, the finest last.
-    what
-        Quantity, a key of `Trial.errors`.
-    source
-        Source of its error: "time", "mesh" or "stations".
-    """
+    """Observed convergence order over the last two trials, where it is below half of the expected one."""
+    # It is that of the error of a quantity by a source. None where the error falls as expected, or where the error or
+    # its number hardly changed.
     if len(trials) < 2 or source not in trials[-2].errors[what]:
         return None
     before, last = trials[-2:]
@@ -199,3 +130,40 @@ def slow_order(trials: Sequence[Trial], what: str, source: str) -> float | None:
         return None
     order = math.log(fell) / math.log(grew)
     return order if REFINE.least_order < order < last.orders[source] / 2 else None
+
+
+def refuse_stated(scene: Scene) -> None:
+    """Raise `SceneError` where a scene asks for another method than its tolerance takes."""
+    for name, values in (TAKEN if scene.analysis.method == "periodic" else {}).items():
+        if (stated := getattr(scene.analysis, name)) not in values:
+            raise SceneError(
+                f"{stated!r} is stated beside a tolerance, which takes collocation with {REFINE.stages} Radau points",
+                place=f"analysis.{name}",
+                hint=f"Leave {name} or the tolerance out",
+            )
+
+
+def refuse_unknown(scene: Scene) -> None:
+    """Raise `SceneError` where an error is not estimated, so that no tolerance can be promised."""
+    damping = scene.damping
+    damped = np.any(damping.ratio) or damping.material or damping.external or damping.relative or scene.dampers
+    if damping.air is not None:
+        what, hint = "the drag of the air, which is linearised about the rigid motion", "elements and sub_intervals"
+    elif scene.analysis.method == "transient":
+        what, hint = (
+            "a motion in time, whose steps it does not choose",
+            "analysis.time_tolerance and elements",
+        )
+    elif scene.impulses:
+        what, hint = "impulses, as they move modes beyond any mesh", "elements and sub_intervals"
+    elif scene.analysis.method == "periodic" and not damped:
+        what, hint = "vibration that nothing damps: errors add up beyond their estimates", "some damping"
+    elif "torque" in scene.tolerances and not scene.drives:
+        what, hint = "the torque of a drive, as the scene drives nothing", "tolerances of other quantities"
+    elif "joint_force" in scene.tolerances and not scene.joints:
+        what, hint = "joint forces, as the scene has no joints", "tolerances of other quantities"
+    else:
+        return
+    raise SceneError(
+        f"a tolerance is not available for {what}", place="tolerance", hint=f"Leave it out, and give {hint}"
+    )

@@ -36,13 +36,7 @@ FINE = FineLimits()
 
 
 def free_numbers(scene: Scene) -> dict[str, float]:
-    """Give what a scene leaves to the program of mesh and steps, as it is without a need for finer ones.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give what a scene leaves to the program of mesh and steps, as it is without a need for finer ones."""
     stated, free = scene.analysis.model_fields_set, dict[str, float]()
     if not {"elements", "stations"} & scene.mesh.model_fields_set:
         free["elements"] = scene.mesh.elements
@@ -53,15 +47,7 @@ def free_numbers(scene: Scene) -> dict[str, float]:
 
 
 def with_numbers(scene: Scene, numbers: Numbers) -> Scene:
-    """Give a scene with other numbers of mesh and steps; members with a mesh of their own keep it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    numbers
-        By name, as of `free_numbers`.
-    """
+    """Give a scene with other numbers of mesh and steps; members with a mesh of their own keep it."""
     rest = dict(numbers)
     if (elements := rest.pop("elements", None)) is not None:
         count = int(elements)
@@ -72,17 +58,7 @@ def with_numbers(scene: Scene, numbers: Numbers) -> Scene:
 
 
 def finer_numbers(numbers: Numbers, first: Numbers, error: MechanismError) -> dict[str, float]:
-    """Give the numbers with which an analysis may be fine enough; the same ones where none is free, or at the limit.
-
-    Parameters
-    ----------
-    numbers
-        The numbers that are the program's to choose, as they are.
-    first
-        What they were to begin with.
-    error
-        What the analysis ended with.
-    """
+    """Give the numbers with which an analysis may be fine enough; the same ones where none is free, or at the limit."""
     found = dict(numbers)
     for name in found.keys() & error.finer.keys():
         now, begun, wanted = numbers[name], first[name], error.finer[name]
@@ -98,31 +74,28 @@ def finer_numbers(numbers: Numbers, first: Numbers, error: MechanismError) -> di
 
 
 def fine_enough(scene: Scene, analysed: Callable[[Scene], Result]) -> Result:
-    """Analyse a scene as finely as its answer needs, by the numbers that it leaves to the program.
-
-    Where stated numbers are too coarse, or finer ones do not suffice, the answer is kept: its errors are told, and the
-    attribute `coarse_because` says what is too coarse. `refined` holds the numbers that were made finer. With
-    `allow_coarse` all numbers are kept.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    analysed
-        Analyses a scene, and raises an error where that is too coarse.
-
-    Raises
-    ------
-    MechanismError
-        As `analysed` does, where nothing finer helps and there is no answer.
-    """
+    """Analyse a scene as finely as its answer needs, by the numbers that it leaves to the program."""
+    # Where stated numbers are too coarse, or finer ones do not suffice, the answer is kept: its errors are told, and
+    # the attribute `coarse_because` says what is too coarse. `refined` holds the numbers that were made finer. With
+    # `allow_coarse` all numbers are kept.
     if scene.analysis.allow_coarse:
         return analysed(scene)
     numbers = first = free_numbers(scene)
     refused: MechanismError | None = None
+
+    def answer(**coarse: bool) -> Result:
+        """Analyse with the present numbers, and say in the result which were made finer, and why."""
+        finer = {name: value for name, value in numbers.items() if value != first[name]}
+        taken = with_numbers(scene, finer)
+        result = analysed(taken.changed(**coarse) if coarse else taken)
+        if finer and refused is not None:
+            why = str(refused).partition(". Take")[0].partition(". To avoid")[0]  # without what to do about it
+            result.data.attrs.update(refined=json.dumps(finer), refined_because=why)
+        return result
+
     for _ in range(FINE.most_rounds):
         try:
-            return _telling(analysed(with_numbers(scene, changed(numbers, first))), numbers, first, refused)
+            return answer()
         except (TooLargeError, MemoryError):
             if refused is None:
                 raise
@@ -136,42 +109,6 @@ def fine_enough(scene: Scene, analysed: Callable[[Scene], Result]) -> Result:
     assert refused is not None
     if not refused.answered:
         raise refused
-    coarse = with_numbers(scene, changed(numbers, first)).changed(analysis__allow_coarse=True)
-    result = _telling(analysed(coarse), numbers, first, refused)
-    result.data.attrs["coarse_because"] = without_pass(refused)
+    result = answer(analysis__allow_coarse=True)
+    result.data.attrs["coarse_because"] = str(refused).removesuffix("; analysis.allow_coarse lets it pass")
     return result
-
-
-def changed(numbers: Numbers, first: Numbers) -> dict[str, float]:
-    """Give those numbers that are no longer what they were to begin with.
-
-    Parameters
-    ----------
-    numbers, first
-        As of `finer_numbers`.
-    """
-    return {name: value for name, value in numbers.items() if value != first[name]}
-
-
-def _telling(result: Result, numbers: Numbers, first: Numbers, refused: MechanismError | None) -> Result:
-    """Say in a result which numbers were made finer, and why."""
-    if (finer := changed(numbers, first)) and refused is not None:
-        result.data.attrs["refined"] = json.dumps(finer)
-        result.data.attrs["refined_because"] = _without_cure(refused)
-    return result
-
-
-def without_pass(refused: MechanismError) -> str:
-    """What is too coarse and what to do about it, of an error that lets no answer pass.
-
-    Parameters
-    ----------
-    refused
-        The error.
-    """
-    return str(refused).removesuffix("; analysis.allow_coarse lets it pass")
-
-
-def _without_cure(refused: MechanismError) -> str:
-    """What was too coarse, without what to do about it."""
-    return str(refused).partition(". Take")[0].partition(". To avoid")[0]

@@ -6,18 +6,28 @@ import logging
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
-from fenics_mech.accuracy.accepted_errors import ORIGINS
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.remarks import UNKNOWN
+import xarray as xr
+
+from fenics_mech.answers.by_poses import collected, estimated, planned, solution, stability_of, with_errors
 from fenics_mech.errors import SolverError, TooLargeError, UnresolvedError, percent, percent_of_error
+from fenics_mech.estimate.accepted_errors import ORIGINS
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
+from fenics_mech.estimate.remarks import UNKNOWN
 from fenics_mech.joints.torsional_springs import refuse_too_stiff
-from fenics_mech.kinematics import Linkage, positions_for_corners, refuse_unresolved
+from fenics_mech.machine.corners import positions_for_corners, refuse_unresolved
+from fenics_mech.machine.linkage import Linkage
 from fenics_mech.planning.answer_remarks import WORDS
-from fenics_mech.planning.discretisation import NUMBERS, REFINE, Discretisation, Trial, slow_order
+from fenics_mech.planning.discretisation import (
+    NUMBERS,
+    REFINE,
+    Discretisation,
+    Trial,
+    refuse_stated,
+    refuse_unknown,
+    slow_order,
+)
 from fenics_mech.planning.sampling_checks import refuse_undersampled
-from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import BETWEEN, PEAK, PEAKS, doubts
 from fenics_mech.recovery.result import stamp
@@ -25,25 +35,6 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 
 logger = logging.getLogger(__name__)
-
-
-class Analyser(Protocol):
-    """Analyses with one discretisation after the other, of which the last one is kept."""
-
-    def planned(self, scene: Scene) -> Scene:
-        """Give a scene with the effects that act."""
-
-    def analyse(self, trial: Scene) -> Result:
-        """Analyse a scene as it states, and give as much as tells whether it is within its tolerance."""
-
-    def judge(self, allow_unstable: bool) -> None:
-        """Raise where the last motion is unstable and may not be so."""
-
-    def refuse_missed(self, allow_coarse: bool) -> None:
-        """Raise where the positions of the last trial miss peaks and may not do so."""
-
-    def whole(self) -> Result:
-        """Give the whole result of the last trial."""
 
 
 @dataclass(frozen=True)
@@ -75,36 +66,17 @@ class SearchLimits:
 SEARCH = SearchLimits()
 
 
-def within(
-    scene: Scene,
-    analyser: Analyser,
-) -> Result:
-    """Analyse a scene so that every quantity that its tolerance names is within it of the converged one.
-
-    Parameters
-    ----------
-    scene
-        A scene with a tolerance. What the theory of effects leaves out that the scene lists is not counted.
-    analyser
-        Analyses it with one discretisation after the other.
-
-    Raises
-    ------
-    SolverError
-        When the tolerance is not met, with the source of the largest error; or for what no steps or mesh cure, such as
-        a motion that is unstable.
-    SceneError
-        When the motion is one in time, impulses strike, or nothing damps: their errors are not all estimated. When the
-        scene asks for another solver than the tolerance takes, or has none of a quantity named.
-    """
+def within(scene: Scene) -> Result:
+    """Analyse a scene so that every quantity that its tolerance names is within it of the converged one."""
     refuse_stated(scene)
-    chosen = analyser.planned(scene)
+    chosen = planned(scene)
     refuse_unknown(chosen)
-    discretisation, trials, judged = _start(chosen), list[Trial](), False
+    discretisation, trials, stability = _start(chosen), list[Trial](), None
     for done in range(1, SEARCH.most_rounds + 1):
         trial = discretisation.of(chosen)
         try:
-            result = analyser.analyse(trial)
+            solved = solution(trial)
+            errors = estimated(solved, scene.effects == "auto")
         except UnresolvedError:  # steps that are far too long may have no answer at all
             if discretisation.steps >= max(SEARCH.most_without_answer, scene.analysis.sub_intervals) or not _periodic(
                 chosen
@@ -115,18 +87,19 @@ def within(
         except (TooLargeError, MemoryError) as error:
             why = f"the next needs more memory than there is, {_numbers(discretisation)}"
             raise _not_met(chosen, trials, why) from error
+        result = with_errors(solved, errors)
         this = Trial(discretisation, *_errors(scene, result), int(result.data.attrs["dofs"]))
         missed = _missed(scene, this)
         logger.info("trial %d, %s: errors %s; not met: %s", done, _numbers(discretisation), this.errors, missed)
-        near = not judged and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
+        near = stability is None and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
         doubted = doubts(result) if _periodic(scene) else dict.fromkeys(PEAKS, 0.0)  # else none are chosen
         met = not missed and _beyond(scene, this, doubted) <= 1
         if scene.analysis.stability and (near or met):  # coarse steps tell it first
-            analyser.judge(scene.analysis.allow_unstable)
-            judged = True
+            stability = stability_of(solved)
         if met:
-            analyser.refuse_missed(scene.analysis.allow_coarse)
-            result = analyser.whole()
+            if not scene.analysis.allow_coarse:
+                errors.refuse_missed(solved.scene)
+            result = collected(solved, errors, xr.Dataset() if stability is None else stability)
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             accounted = stamp(trial) | {"chosen": _account(trial, result, this, done)}
             return Result.with_scene(trial, result.data.assign_attrs(accounted))
@@ -171,16 +144,9 @@ def _periodic(scene: Scene) -> bool:
 
 
 def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
-    """Give the choices of the next trial.
-
-    An error falls with its power. Where it fell far more slowly, it has to fall on as it did: that power, once it has
-    been seen twice, or once where loads jump, shows what the tolerance would take.
-
-    Raises
-    ------
-    SolverError
-        When that is more than memory or time allow.
-    """
+    """Give the choices of the next trial."""
+    # An error falls with its power. Where it fell far more slowly, it has to fall on as it did: that power, once it
+    # has been seen twice, or once where loads jump, shows what the tolerance would take.
     last = trials[-1]
     more: dict[str, tuple[float, float]] = {}
     for what in _missed(scene, last):
@@ -284,10 +250,8 @@ def _start(scene: Scene) -> Discretisation:
 
 
 def _fewest_stations(scene: Scene) -> int:
-    """Give the stations to begin with, as they cost little: those between which a half-wave hides its share.
-
-    At d of its length beside its top a half-wave of a sine is lower by ``(pi d)^2/2``, and d is half a distance.
-    """
+    """Give the stations to begin with, as they cost little: those between which a half-wave hides its share."""
+    # At d of its length beside its top a half-wave of a sine is lower by ``(pi d)^2/2``, and d is half a distance.
     hidden = SEARCH.largest_share * min(scene.tolerances.values())
     return max(REFINE.fewest_stations, min(SCENE.most_stations, math.ceil(math.pi / math.sqrt(8 * hidden)) + 1))
 
@@ -298,10 +262,8 @@ def _jumping(scene: Scene) -> bool:
 
 
 def _fewest_steps(scene: Scene) -> int:
-    """Give the steps to begin with, which miss no corner of the motion, and nothing that a load or a law does.
-
-    Loads that change may do so between few positions: there the scene's own are the fewest.
-    """
+    """Give the steps to begin with, which miss no corner of the motion, and nothing that a load or a law does."""
+    # Loads that change may do so between few positions: there the scene's own are the fewest.
     analysis = scene.analysis
     if not _periodic(scene):
         quasi_static = scene.drives and analysis.method == "quasi-static"

@@ -16,17 +16,7 @@ CUT = "Write analysis.method = 'periodic' and solver = 'collocation', whose step
 
 
 def refuse_undersampled(scene: Scene, points: int, by_collocation: bool = False) -> None:
-    """Raise `SceneError` where points of a cycle miss what a load or a drive does between them.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    points
-        Number of points of the cycle.
-    by_collocation
-        Whether they are collocation points of steps that are cut at hidden corners of the loads' factors.
-    """
+    """Raise `SceneError` where points of a cycle miss what a load or a drive does between them."""
     if scene.analysis.allow_coarse or not scene.drives or scene.analysis.method == "static":
         return
     several, count = isinstance(scene.drive, tuple), scene.analysis.sub_intervals
@@ -55,13 +45,7 @@ def refuse_undersampled(scene: Scene, points: int, by_collocation: bool = False)
 
 
 def refuse_hidden_peaks(scene: Scene) -> None:
-    """Raise `SceneError` where a load's factor has a peak that no collocation point of the scene's steps shows.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Raise `SceneError` where a load's factor has a peak that no collocation point of the scene's steps shows."""
     if scene.analysis.allow_coarse:
         return
     for name in loads_with_hidden_peaks(scene):
@@ -74,15 +58,7 @@ def refuse_hidden_peaks(scene: Scene) -> None:
 
 
 def require_positions(scene: Scene, positions: int) -> None:
-    """Raise `TooLargeError` where loops, nodes and results at so many positions do not fit into memory.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    positions
-        Number of drive angles of the result.
-    """
+    """Raise `TooLargeError` where loops, nodes and results at so many positions do not fit into memory."""
     at_nodes = loads_at_nodes(active(scene))
     nodes = sum(len(member_nodes(scene, label, at_nodes)) for label in scene.members())
     each = 4 * (3 * len(scene.links)) ** 2 + 200 * nodes + 48 * len(scene.members()) * scene.analysis.stations

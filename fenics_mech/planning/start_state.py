@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +12,7 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError, SceneError
-from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.kinematics import coordinates
 from fenics_mech.recovery.result import Result
 from fenics_mech.scene import Cam, Scene
 from fenics_mech.scene.analysis_options import STATED_STARTS
@@ -24,25 +24,10 @@ SAME_TIME = 1e-9  # of a motion, by which a time may differ from that of a posit
 SAME_ANGLE = 1e-6  # rad, or of the angle turned, by which a start may miss the drive
 
 
-def state_to_go_on_from(scene: Scene, size: int) -> StartState | None:
-    """Give the state of another result, from which a motion with freedoms goes on; None where the scene names none.
-
-    Parameters
-    ----------
-    scene
-        A scene with freedoms for all that can move, or none where drives lead all.
-    size
-        Number of the links' elastic coordinates.
-
-    Raises
-    ------
-    SceneError
-        When the result cannot be read, or does not fit the scene, or the scene has no freedoms.
-    """
-    if scene.analysis.method != "transient":
-        return None
+def state_to_go_on_from(scene: Scene) -> StartState | None:
+    """Give the state of another result, from which rigid links with freedoms go on; None where the scene names none."""
     start = scene.analysis.start
-    if start in STATED_STARTS:
+    if scene.analysis.method != "transient" or start in STATED_STARTS:
         return None
     if not scene.freedoms:
         raise SceneError(
@@ -52,76 +37,52 @@ def state_to_go_on_from(scene: Scene, size: int) -> StartState | None:
         )
     data = _read(Path(start))
     needed = {"time", "theta", "freedom_place", "freedom_rate", "link_position", "link_angle"}
-    names = data["freedom"].to_numpy().tolist() if needed <= set(data.variables) else []
-    if names != list(scene.freedoms):
-        raise _unfit(f"{start} has {_listed(names)}, and the scene {_listed(scene.freedoms)}")
-    k = _number(scene, data)
+    k = _refuse_other(scene, data, needed <= set(data.variables))
     along = {name: data[name].transpose("theta", ...)[k].to_numpy() for name in needed - {"time", "theta"}}
-    place, rate = along["freedom_place"], along["freedom_rate"]
-    if size:
-        place, rate = _bent(scene, data, size + len(place))
-    if "indentation" in data:
-        _refuse_touching(scene, data, k)
-    _refuse_other_angle(scene, data, k)
-    refuse_late_impulses(scene, float(data["time"][k]))
     links = coordinates(along["link_position"][None], along["link_angle"][None])[0]
-    return StartState(float(data["time"][k]), place, rate, links)
+    return StartState(float(data["time"][k]), along["freedom_place"], along["freedom_rate"], links)
 
 
 @dataclass(frozen=True)
 class GoneOn:
-    """The end of another result, from which a motion of poses goes on.
+    """The end of another result, from which a motion of poses goes on."""
 
-    Parameters
-    ----------
-    time
-        s.
-    state
-        Coordinates of the poses, and their rates ``(2, coordinates)``.
-    freedoms
-        Angles and strokes of the freedoms, and their rates ``(2, freedoms)``; they tell whole turns.
-    angles
-        Measures of every term of the machine, which tell them instead; None where they are not known.
-    """
-
-    time: float
-    state: Array
-    freedoms: Array
+    time: float  # s
+    state: Array  # coordinates of the poses, and their rates ``(2, coordinates)``
+    freedoms: Array  # angles and strokes of the freedoms, and their rates ``(2, freedoms)``; they tell whole turns
+    # measures of every term of the machine, which tell them instead; None where they are not known
     angles: Sequence[Array] | None = None
 
 
 def poses_to_go_on_from(scene: Scene, size: int) -> GoneOn | None:
-    """Give the state of another result, from which a motion of poses goes on; None where the scene names none.
-
-    Parameters
-    ----------
-    scene
-        A scene with freedoms for all that can move and no drive leads.
-    size
-        Number of its coordinates.
-
-    Raises
-    ------
-    SceneError
-        When the result cannot be read, or does not fit the scene.
-    """
+    """Give the state of another result, from which a motion of poses goes on; None where the scene names none."""
     if scene.analysis.start in STATED_STARTS:
         return None
     data = _read(Path(scene.analysis.start))
     state = _bent(scene, data, size)
-    names = data["freedom"].to_numpy().tolist() if "freedom_rate" in data else []
+    _refuse_other(scene, data, "freedom_rate" in data)
+    along = [data[f"freedom_{what}"].transpose("theta", ...)[-1] for what in ("place", "rate") if scene.freedoms]
+    return GoneOn(float(data["time"][-1]), state, np.array(along).reshape(2, len(scene.freedoms)))
+
+
+def _refuse_other(scene: Scene, data: xr.Dataset, free: bool) -> int:
+    """Give the position from which a motion goes on; raise `SceneError` where another result is not of its machine."""
+    names = data["freedom"].to_numpy().tolist() if free else []
     if names != list(scene.freedoms):
-        raise _unfit(f"{scene.analysis.start} has {_listed(names)}, and the scene {_listed(scene.freedoms)}")
+        found, own = (f"the freedoms {', '.join(x)}" if x else "no freedoms" for x in (names, scene.freedoms))
+        raise _unfit(f"{scene.analysis.start} has {found}, and the scene {own}")
+    k = _number(scene, data)
     if "indentation" in data:
-        _refuse_touching(scene, data, -1)
-    _refuse_other_angle(scene, data, -1)
-    refuse_late_impulses(scene, float(data["time"][-1]))
-    along = [data[f"freedom_{what}"].transpose("theta", ...)[-1] for what in ("place", "rate") if names]
-    return GoneOn(float(data["time"][-1]), state, np.array(along).reshape(2, len(names)))
-
-
-def _listed(names: Collection[str]) -> str:
-    return f"the freedoms {', '.join(names)}" if names else "no freedoms"
+        _refuse_touching(scene, data, k)
+    time, angle = float(data["time"][k]), float(data["theta"][k])
+    turned = float(scene.coordinate(np.array([time])).value[0]) if scene.drives else angle
+    if abs(angle - turned) > SAME_ANGLE * max(1.0, abs(turned)):
+        raise _unfit(
+            f"{scene.analysis.start} is after {time:.6g} s at drive angle {math.degrees(angle):.6g} deg, where the "
+            f"scene's drive is at {math.degrees(turned):.6g} deg"
+        )
+    refuse_late_impulses(scene, time)
+    return k
 
 
 def _number(scene: Scene, data: xr.Dataset) -> int:
@@ -157,13 +118,7 @@ def _unfit(what: str) -> SceneError:
 
 
 def _read(start: Path) -> xr.Dataset:
-    """Read another result.
-
-    Raises
-    ------
-    SceneError
-        When there is no such file, or it is no result.
-    """
+    """Read another result."""
     if not start.is_file():
         raise SceneError(
             f"there is no file {str(start)!r}",
@@ -187,16 +142,3 @@ def _bent(scene: Scene, data: xr.Dataset, size: int) -> Array:
             return data["state"].transpose("derivative", "dof").to_numpy()
         held = f"{data.sizes['dof']} coordinates"
     raise _unfit(f"{start} holds {held}, and the scene has {size}")
-
-
-def _refuse_other_angle(scene: Scene, data: xr.Dataset, k: int) -> None:
-    """Raise where another result has its drives at another angle than the scene at that time."""
-    if not scene.drives:
-        return
-    time, angle = float(data["time"][k]), float(data["theta"][k])
-    turned = float(scene.coordinate(np.array([time])).value[0])
-    if abs(angle - turned) > SAME_ANGLE * max(1.0, abs(turned)):
-        raise _unfit(
-            f"{scene.analysis.start} is after {time:.6g} s at drive angle {math.degrees(angle):.6g} deg, where the "
-            f"scene's drive is at {math.degrees(turned):.6g} deg"
-        )

@@ -9,27 +9,16 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech.terms.causes import Cause
 
 
-def balance_of(mean: Mapping[str, float], small: float, bound: float) -> xr.Dataset:
-    """Label the mean power of every cause, and how far they are from a balance.
-
-    Parameters
-    ----------
-    mean
-        Mean power of each cause (W).
-    small
-        Power that the imbalance is relative to where all means are smaller (W).
-    bound
-        What the estimated errors of the efforts make of the drives' mean power at most (W).
-
-    Returns
-    -------
-    xarray.Dataset
-        `mean_power` (W) by `cause`, and the attributes that `energy_balance` names.
-    """
+def balance_of(
+    mean: Mapping[str, float], powers: Mapping[str, Array], bound: float = 0.0, share: float = 1.0, least: float = 0.0
+) -> xr.Dataset:
+    """Label the mean power of every cause (W), and how far they are from a balance."""
+    # The imbalance is relative to the largest mean. Where all are smaller, it is relative to a share of the largest
+    # power over time, or to the `least` (W). `bound` is what the estimated errors of the efforts make of it (W).
     residual, largest = sum(mean.values()), max(abs(value) for value in mean.values())
+    small = max(share * max(float(np.abs(power).mean()) for power in powers.values()), least)
     attributes = {
         "power_residual": residual,
         "power_balance_error": abs(residual) / max(largest, small, TINY),
@@ -39,15 +28,8 @@ def balance_of(mean: Mapping[str, float], small: float, bound: float) -> xr.Data
 
 
 def mean_in_time(time: Array, powers: Mapping[str, Array]) -> dict[str, float]:
-    """Give the mean of powers over a motion in time (W), by cubic splines.
-
-    Parameters
-    ----------
-    time
-        Times (s), ``(times,)``.
-    powers
-        Power of each cause (W), ``(times,)`` each.
-    """
+    """Give the mean of powers over a motion in time (W), by cubic splines."""
+    # time: times (s), ``(times,)``; powers: power of each cause (W), ``(times,)`` each
     from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import, and a cycle needs none)
 
     duration = float(np.ptp(time))
@@ -56,14 +38,6 @@ def mean_in_time(time: Array, powers: Mapping[str, Array]) -> dict[str, float]:
     }
 
 
-def stored(time: Array, energy: Array) -> dict[str, float]:
-    """Give minus the mean rate of what motion, links and springs store (W), as the power of `Cause.STORED`.
-
-    Parameters
-    ----------
-    time
-        Times (s), ``(times,)``.
-    energy
-        The stored energy (J), ``(times,)``.
-    """
-    return {Cause.STORED: -float(energy[-1] - energy[0]) / float(np.ptp(time))}
+def given_by(energy: Array, duration: float) -> float:
+    """Give the mean power that an energy gives as it falls over a motion (W)."""
+    return -float(energy[-1] - energy[0]) / duration

@@ -1,8 +1,13 @@
-"""What is followed beside a motion with freedoms: its section, exponents, and multipliers where it repeats."""
+"""What is followed beside a motion with freedoms: its section, exponents, and multipliers where it repeats.
+
+Source of the section: Nayfeh and Balachandran, Applied Nonlinear Dynamics (1995), chapter 7.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -14,59 +19,103 @@ from fenics_mech.geometry import PLANE, PoseMotion
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.motion import coordinates
 from fenics_mech.machine.rigid_from_scene import near_links, rigid_motion
-from fenics_mech.recovery.section_points import Freedoms, PoincareRecord
 from fenics_mech.scene import Scene
+from fenics_mech.scene.analysis_options import PoincareSection
 from fenics_mech.solve import Step
 from fenics_mech.solve.disturbances import Growth, allowed, quarters_of
 from fenics_mech.solve.repeated import RepeatedMotion
 
 APART = 1e-5  # rad, or m, by which the motion of rigid links is differentiated
+NODES = 24  # at which a step is looked at for passages, at least
+NODES_IN_A_RADIAN = 4  # of a pin that turns fast
+ROUNDING = 1e-12  # of the time, by which a passage may be beside the end of a step
+Freedoms = Callable[[Step, Array], tuple[Array, Array]]  # places and rates at shares of a step, ``(shares, freedoms)``
+
+
+@dataclass
+class PoincareRecord:
+    """Finds the points of the section in the steps of a motion."""
+
+    scene: Scene  # the scene, with freedoms
+    section: PoincareSection
+    freedoms: Freedoms  # gives angles and strokes of the freedoms in a step, and their rates
+    found: list[tuple[float, Array, Array]] = field(default_factory=list)
+
+    def take(self, step: Step) -> None:
+        """Find the points in a step that is solved."""
+        for time in self._times(step):
+            place, rate = self._at(step, np.array([time]))
+            self.found.append((time, place[0], rate[0]))
+
+    def labelled(self) -> xr.Dataset:
+        """Label when the points are, and places and rates of the freedoms there."""
+        names, along = list(self.scene.freedoms), ("section_point", "freedom")
+        place, rate = (np.array([one[i] for one in self.found]).reshape(-1, len(names)) for i in (1, 2))
+        time = ("section_point", np.array([one[0] for one in self.found]))
+        states = {"section_place": (along, place), "section_rate": (along, rate)}
+        return xr.Dataset(states, {"section_time": time, "freedom": names})
+
+    def _at(self, step: Step, times: Array) -> tuple[Array, Array]:
+        return self.freedoms(step, (times - step.t) / step.h)
+
+    def _times(self, step: Step) -> list[float]:
+        """Times in a step, its end included and its start not."""
+        if self.section.joint is not None:
+            return self._passages(step)
+        every = self.section.every or self.scene.period
+        first, last = ((at * (1 + ROUNDING)) / every for at in (step.t, step.t + step.h))
+        return [every * k for k in range(math.floor(first) + 1, math.floor(last) + 1)]
+
+    def _passages(self, step: Step) -> list[float]:
+        """Times at which a freedom passes its place."""
+        which, turns = list(self.scene.freedoms).index(str(self.section.joint)), self._turns
+
+        def ahead(times: Array) -> Array:
+            way = self._at(step, times)[0][:, which] - self.section.at
+            return np.sin(way / 2) * np.sign(np.cos(way / 2)) if turns else way
+
+        end, nodes = step.t + step.h, NODES
+        if turns:
+            rate = self._at(step, np.linspace(step.t, end, NODES))[1][:, which]
+            nodes += int(NODES_IN_A_RADIAN * step.h * np.abs(rate).max())
+        times = np.linspace(step.t, end, nodes)
+        values, sign = ahead(times), 1.0 if self.section.direction == "+" else -1.0
+        passed = (sign * values[:-1] < 0) & (sign * values[1:] >= 0)
+        if turns:
+            passed &= np.abs(values[1:] - values[:-1]) < 1  # half a turn away the difference jumps
+        if not passed.any():
+            return []
+        from scipy.optimize import brentq  # noqa: PLC0415  (slow to import, and few steps pass the section)
+
+        known = dict(zip(times.tolist(), values.tolist()))  # anew, rounding may give a value near 0 another sign
+
+        def value(time: float) -> float:
+            return known[time] if time in known else float(ahead(np.array([time]))[0])
+
+        return [float(brentq(value, times[k], times[k + 1])) for k in np.flatnonzero(passed)]
+
+    @property
+    def _turns(self) -> bool:
+        return self.scene.joints[str(self.section.joint)].kind == "revolute"
 
 
 @dataclass(frozen=True)
 class Beside:
-    """What is followed beside a motion.
-
-    Parameters
-    ----------
-    section
-        The Poincaré section.
-    growth
-        Disturbances, and what they grow by.
-    """
+    """What is followed beside a motion."""
 
     section: PoincareRecord | None = None
-    growth: Growth | None = None
+    growth: Growth | None = None  # disturbances, and what they grow by
 
     @classmethod
     def of(cls, scene: Scene, freedoms: Freedoms, growth: Growth | None) -> Beside:
-        """Begin to follow what a scene wants to know.
-
-        Parameters
-        ----------
-        scene
-            The scene, with its freedoms.
-        freedoms
-            Gives them in a step.
-        growth
-            Disturbances that are followed.
-        """
+        """Begin to follow what a scene wants to know."""
         section = scene.analysis.poincare
         return cls(None if section is None else PoincareRecord(scene, section, freedoms), growth)
 
     @classmethod
     def of_poses(cls, made: SceneMachine, times: Array, v: Array) -> Beside:
-        """Begin to follow what a scene wants to know of a machine whose links bend.
-
-        Parameters
-        ----------
-        made
-            The machine, whose chart rests at the start.
-        times
-            Instants of the result, ascending ``(times,)`` (s).
-        v
-            Rates at the start ``(size,)``.
-        """
+        """Begin to follow what a scene wants to know of a machine whose links bend."""
+        # times: instants of the result, ascending ``(times,)`` (s); v: rates at the start ``(size,)``
         machine, growth = made.machine, None
         if not made.scene.freedoms:
             return cls()
@@ -109,24 +158,9 @@ def _seen(terms: list[int], step: Step, shares: Array, states: Array) -> Array:
 
 
 def _of_freedoms(made: SceneMachine, t: Array, v: Array, places: Array) -> Array:
-    """Give disturbances of places of the freedoms, then of their rates, in which links move as they do not bend.
-
-    Parameters
-    ----------
-    made
-        The machine, whose chart rests.
-    t
-        Instant ``(1,)`` (s).
-    v
-        Rates ``(size,)``.
-    places
-        Of the freedoms, and their rates ``(2, freedoms)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        ``(2 n, 2 freedoms)``.
-    """
+    """Give disturbances of places of the freedoms, then of their rates, in which links move as they do not bend."""
+    # t: instant ``(1,)`` (s); v: rates ``(size,)``; places: of the freedoms, and their rates ``(2, freedoms)``
+    # Gives ``(2 n, 2 freedoms)``.
     machine, n, count = made.machine, made.machine.n, places.shape[1]
     near = near_links(made, machine.known.at(t))
 
@@ -153,28 +187,12 @@ def times_of_growth(times: Array) -> Array:
     return np.union1d(times, quarters_of(times))
 
 
-def beside_motion(scene: Scene, beside: Beside | None, time: Array, repeated: RepeatedMotion | None) -> xr.Dataset:
-    """Label what is found beside a motion.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    beside
-        What was followed beside the motion.
-    time
-        Times of the positions (s), ``(times,)``.
-    repeated
-        The motion that repeats, if it is one.
-    """
+def beside_motion(beside: Beside | None, time: Array, repeated: RepeatedMotion | None) -> xr.Dataset:
+    """Label what is found beside a motion."""
+    # time: times of the positions (s), ``(times,)``
     found = xr.Dataset()
     if beside is not None and beside.section is not None:
-        points = beside.section.points()
-        along = "section_point", "freedom"
-        states = {"section_place": (along, points.place), "section_rate": (along, points.rate)}
-        found = found.merge(
-            xr.Dataset(states, {"section_time": ("section_point", points.time), "freedom": list(scene.freedoms)})
-        )
+        found = beside.section.labelled()
     if beside is not None and beside.growth is not None:
         found = found.merge(_of_growth(beside.growth.of_each, time))
     return found if repeated is None else found.merge(_of_repeated(repeated), combine_attrs="no_conflicts")

@@ -18,55 +18,28 @@ NEIGHBOURS = 4  # positions beyond the ends of a cycle, to which a curve of Akim
 
 @dataclass(frozen=True, eq=False)
 class CycleCurves:
-    """Curves over a cycle, a cubic between every two points that are neighbours.
+    """Curves over a cycle, a cubic between every two points that are neighbours."""
 
-    Parameters
-    ----------
-    values
-        Values at even points of the cycle, ``(points, ...)``.
-    slopes
-        Slopes there, over the distance of two points, ``(points, ...)``.
-    corners
-        Which curves are those of Akima, ``(...)``; None where they are nowhere beyond the positions beside them.
-    per_position
-        Points for each position that the curves were drawn through.
-    of_harmonics
-        Whether curves without corners are those of their harmonics; else they are splines.
-    """
-
-    values: Array
-    slopes: Array
+    values: Array  # values at even points of the cycle, ``(points, ...)``
+    slopes: Array  # slopes there, over the distance of two points, ``(points, ...)``
+    # which curves are those of Akima, ``(...)``; None where they are nowhere beyond the positions beside them
     corners: Array | None = None
-    per_position: int = 1
-    of_harmonics: bool = True
+    per_position: int = 1  # points for each position that the curves were drawn through
+    of_harmonics: bool = True  # whether curves without corners are those of their harmonics; else they are splines
 
     @classmethod
     def through(cls, values: Array, of_harmonics: bool = True, largest: float | None = None) -> CycleCurves:
-        """Draw curves through values: by their harmonics or a spline, or where a curve has corners, that of Akima.
-
-        Where positions are few, the harmonics that they show give values between them, through which cubic splines go.
-
-        Parameters
-        ----------
-        values
-            Values at the positions, ``(positions, ...)``.
-        of_harmonics
-            Whether harmonics may be taken: those of motions with corners do not end.
-        largest
-            As of `cornered`.
-        """
+        """Draw curves through values: by their harmonics or a spline, or where a curve has corners, that of Akima."""
+        # Where positions are few, the harmonics that they show give values between them, through which cubic splines
+        # go.
+        # values: values at the positions, ``(positions, ...)``
         corners = cornered(values.reshape(len(values), -1), of_harmonics, largest).reshape(values.shape[1:])
         return cls._of_kinds(values, corners, of_harmonics)
 
     @classmethod
     def of_positions(cls, values: Array) -> CycleCurves:
-        """Draw curves that are nowhere beyond the positions beside them, for what jumps between these.
-
-        Parameters
-        ----------
-        values
-            Values at the positions, ``(positions, ...)``.
-        """
+        """Draw curves that are nowhere beyond the positions beside them, for what jumps between these."""
+        # values: values at the positions, ``(positions, ...)``
         return cls(values, np.zeros(values.shape))
 
     @classmethod
@@ -81,12 +54,10 @@ class CycleCurves:
         return cls(found, slopes, corners, times, of_harmonics)
 
     def others(self) -> CycleCurves:
-        """Draw other curves through the same positions, by which it is judged how certain these are.
-
-        They are curves of the same kinds through every second position, once the even ones and once the odd ones. Of an
-        odd number of positions, which has no halves, the curves give values at one more. They stand along a second axis
-        of the values, ``(positions, 2, ...)``.
-        """
+        """Draw other curves through the same positions, by which it is judged how certain these are."""
+        # They are curves of the same kinds through every second position, once the even ones and once the odd ones.
+        # Of an odd number of positions, which has no halves, the curves give values at one more. They stand along a
+        # second axis of the values, ``(positions, 2, ...)``.
         values = self.values[:: self.per_position]
         if len(values) % 2 and self.corners is not None:
             values = self._at_one_more()
@@ -103,13 +74,8 @@ class CycleCurves:
         return self.at(np.arange(count + 1) * count / (count + 1))
 
     def at(self, places: Array) -> Array:
-        """Give the values at some places, ``(places, ...)``.
-
-        Parameters
-        ----------
-        places
-            Places in the cycle, where positions are 0, 1, 2 ..., ``(places,)``.
-        """
+        """Give the values at some places, ``(places, ...)``."""
+        # places: places in the cycle, where positions are 0, 1, 2 ..., ``(places,)``
         places = places * self.per_position
         k = np.floor(places).astype(int)
         found = self.values[k % len(self.values)]
@@ -129,10 +95,8 @@ class CycleCurves:
         )
 
     def highest(self) -> tuple[Array, Array]:
-        """Give where each curve is highest, in positions, and how high it is there, ``(...)`` each.
-
-        That is at a position, or between two of them where the slope of the cubic, a parabola, is zero.
-        """
+        """Give where each curve is highest, in positions, and how high it is there, ``(...)`` each."""
+        # That is at a position, or between two of them where the slope of the cubic, a parabola, is zero.
         return self._farthest(1.0)
 
     def lowest(self) -> tuple[Array, Array]:
@@ -171,13 +135,8 @@ class CycleCurves:
         return places.reshape(shape) / self.per_position, sign * highest.reshape(shape)
 
     def turning(self) -> Array:
-        """Give the values at the points and where the curves turn between them, in order.
-
-        Returns
-        -------
-        numpy.ndarray
-            Three values for each point, ``(3 points, ...)``. What turns nowhere before the next repeats a value.
-        """
+        """Give the values at the points and where the curves turn between them, in order."""
+        # Gives three values for each point, ``(3 points, ...)``. What turns nowhere before the next repeats a value.
         v, w, s, t = self.values, np.roll(self.values, -1, axis=0), self.slopes, np.roll(self.slopes, -1, axis=0)
         (f, top), (g, bottom) = _top(v, w, s, t), _top(-v, -w, -s, -t)
         first = np.where(f < g, top, -bottom)
@@ -190,15 +149,7 @@ def _slope(f: Array, v: Array, w: Array, s: Array, t: Array) -> Array:
 
 
 def _top(v: Array, w: Array, s: Array, t: Array) -> tuple[Array, Array]:
-    """Give where cubics over 0..1 are at a local maximum, and its value; the higher end where there is none inside.
-
-    Parameters
-    ----------
-    v, w
-        Values at 0 and 1.
-    s, t
-        Slopes there.
-    """
+    """Give where cubics over 0..1 are at a local maximum, and its value; the higher end where there is none inside."""
     a, b = 3 * (2 * (v - w) + s + t), 3 * (w - v) - 2 * s - t  # of the slope a f^2 + 2 b f + s
     root = np.sqrt(np.maximum(b**2 - a * s, 0.0))
     # where it falls through zero, f = -(b + root)/a = s/(root - b), by the form that cancels nothing
@@ -216,17 +167,9 @@ def _cubic(f: Array, v: Array, w: Array, s: Array, t: Array) -> Array:
 
 
 def _by_harmonics(values: Array, times: int) -> tuple[Array, Array]:
-    """Give values of the harmonics that positions show, at so many times as many points, and slopes of splines there.
-
-    The error falls with the positions as fast as the harmonics do; that of a spline falls with their fourth power.
-
-    Parameters
-    ----------
-    values
-        Values at the positions, ``(positions, curves)``.
-    times
-        Points for each position.
-    """
+    """Give values of the harmonics of positions at so many times as many points, and slopes of splines there."""
+    # The error falls with the positions as fast as the harmonics do; that of a spline falls with their fourth power.
+    # values: values at the positions, ``(positions, curves)``
     found = _of_harmonics(values, times) if times > 1 else values
     return found, _spline_slopes(found)
 
@@ -271,10 +214,8 @@ def _spline_slopes(values: Array) -> Array:
 
 
 def _akima_slopes(values: Array) -> Array:
-    """Give slopes of Akima's curves over a cycle, ``(positions, curves)`` (J. ACM 17, 1970, equation 1).
-
-    SciPy's are the same to the last bit, and take 0.07 s to import.
-    """
+    """Give slopes of Akima's curves over a cycle, ``(positions, curves)`` (J. ACM 17, 1970, equation 1)."""
+    # SciPy's are the same to the last bit, and take 0.07 s to import.
     after = np.roll(values, -1, axis=0) - values  # m3
     before = np.roll(after, 1, axis=0)  # m2
     turns = np.abs(after - before)
@@ -286,24 +227,8 @@ def _akima_slopes(values: Array) -> Array:
 
 
 def akima_over_cycle(at: Array, values: Array, period: float, neighbours: int) -> Callable[..., Array]:
-    """Give Akima's curves through values over a cycle, which do not swing beyond them at corners.
-
-    Parameters
-    ----------
-    at
-        Ascending places of the values in the cycle, ``(places,)``.
-    values
-        Values there, ``(places, ...)``.
-    period
-        Length of the cycle, in units of the places.
-    neighbours
-        Places beyond its ends, to which the curves go on.
-
-    Returns
-    -------
-    callable
-        Gives the curves at places, or their derivatives of an order that stands behind the places.
-    """
+    """Give Akima's curves through values over a cycle, which do not swing beyond them at corners."""
+    # at: ascending places of the values in the cycle, ``(places,)``; values: values there, ``(places, ...)``
     from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import)
 
     turns, which = np.divmod(np.arange(-neighbours, len(at) + neighbours), len(at))
@@ -312,19 +237,10 @@ def akima_over_cycle(at: Array, values: Array, period: float, neighbours: int) -
 
 
 def cornered(values: Array, of_harmonics: bool = True, largest: float | None = None) -> Array:
-    """Say which curves, ``(curves,)``, Akima's interpolant foretells better at positions left out.
-
-    Of an odd number of positions, where not every second one can be left out, the other kind gives values at one more.
-
-    Parameters
-    ----------
-    values
-        Values at the positions, ``(positions, curves)``.
-    of_harmonics
-        Whether other curves are those of their harmonics, or splines.
-    largest
-        Largest norm over the positions, where these are some of more curves; else it is theirs.
-    """
+    """Say which curves, ``(curves,)``, Akima's interpolant foretells better at positions left out."""
+    # Of an odd number of positions, where not every second one can be left out, the other kind gives values at one
+    # more.
+    # values: values at the positions, ``(positions, curves)``
     if len(values) % 2:
         values = _at_one_more(values, of_harmonics)
     smooth = _missed(_of_harmonics if of_harmonics else lambda half, times: _by_splines(half, times)[0], values)
@@ -347,10 +263,8 @@ def _at_one_more(values: Array, of_harmonics: bool) -> Array:
 
 
 def _fading(values: Array) -> Array:
-    """Say which curves, ``(curves,)``, have harmonics that fade before the highest that the positions show.
-
-    Half of the positions may miss such a curve, and all of them do not. At corners the ratio is 0.2 to 1.
-    """
+    """Say which curves, ``(curves,)``, have harmonics that fade before the highest that the positions show."""
+    # Half of the positions may miss such a curve, and all of them do not. At corners the ratio is 0.2 to 1.
     amplitudes, quarter = np.abs(np.fft.rfft(values, axis=0)), len(values) // 8
     before, last = (
         np.linalg.norm(amplitudes[part], axis=0)

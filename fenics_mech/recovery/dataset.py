@@ -3,59 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
-
-
-class DatasetParts(NamedTuple):
-    """What a dataset is made of. To make one of several such parts takes less than to join datasets of them.
-
-    Parameters
-    ----------
-    variables, coordinates, attributes
-        As `xarray.Dataset` takes them.
-    """
-
-    variables: Mapping[str, Any]
-    coordinates: Mapping[str, Any] = {}
-    attributes: Mapping[str, Any] = {}
-
-    @classmethod
-    def of(cls, data: xr.Dataset) -> DatasetParts:
-        """Give the parts of a dataset.
-
-        Parameters
-        ----------
-        data
-            The dataset.
-        """
-        variables, coordinates = (
-            {str(name): data.variables[name] for name in names} for names in (data.data_vars, data.coords)
-        )
-        return cls(variables, coordinates, data.attrs)
-
-    def dataset(self, *others: DatasetParts) -> xr.Dataset:
-        """Make a dataset of this and other parts.
-
-        Parameters
-        ----------
-        others
-            The other parts. No two have a variable in common.
-        """
-        variables, coordinates, attributes = (dict[str, Any](part) for part in self)
-        for part in others:
-            variables.update(part.variables)
-            coordinates.update(part.coordinates)
-            attributes.update(part.attributes)
-        return xr.Dataset(variables, coordinates, attributes)
+from fenics_mech.estimate.error_sources import Errors
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
 
 
 def joined(*parts: xr.Dataset) -> xr.Dataset:
@@ -63,14 +20,8 @@ def joined(*parts: xr.Dataset) -> xr.Dataset:
     return xr.merge(parts, combine_attrs="no_conflicts", compat="override", join="override")
 
 
-def of_errors(errors: Errors) -> DatasetParts:
-    """Give errors by source of every quantity that the scene has, and the largest relative ones by all of them.
-
-    Parameters
-    ----------
-    errors
-        The errors.
-    """
+def of_errors(errors: Errors) -> xr.Dataset:
+    """Give errors by source of every quantity that the scene has, and the largest relative ones by all of them."""
     variables: dict[str, Any] = {}
     attributes: dict[str, float | str] = {}
     for what, (name, prefix, places) in ERROR_VARIABLES.items():
@@ -88,7 +39,7 @@ def of_errors(errors: Errors) -> DatasetParts:
     attributes["too_coarse"] = int(errors.too_large)
     if errors.remarks:
         attributes["not_estimated"] = "; ".join(errors.remarks)
-    return DatasetParts(variables, labels, attributes)
+    return xr.Dataset(variables, labels, attributes)
 
 
 def decisions(dofs: int, elements: int, choices: Sequence[Choice]) -> dict[str, object]:
@@ -98,12 +49,6 @@ def decisions(dofs: int, elements: int, choices: Sequence[Choice]) -> dict[str, 
 
 
 def choices_in(data: xr.Dataset) -> list[Choice]:
-    """Give what was decided about effects of this program, as `decisions` put it into a result.
-
-    Parameters
-    ----------
-    data
-        The result.
-    """
+    """Give what was decided about effects of this program, as `decisions` put it into a result."""
     told = (one for one in json.loads(data.attrs.get("effects", "[]")) if one["name"] in EFFECTS)
     return [Choice(EFFECTS[one["name"]], one["size"], one["acts"], one["lacking"]) for one in told]

@@ -25,17 +25,7 @@ KIND_OF = {"m": "length", "Pa": "stress", "N": "force", "N m": "moment", "rad/s"
 
 
 def write_table(values: xr.DataArray, path: Path, units: Sequence[str] = ()) -> Path:
-    """Write a variable as a CSV: its coordinates, then its value, with units in the head.
-
-    Parameters
-    ----------
-    values
-        The variable.
-    path
-        File to write.
-    units
-        Names of units, such as "in", "psi"; what they do not measure is in SI.
-    """
+    """Write a variable as a CSV: its coordinates, then its value, with units in the head."""
     named, table = named_units(units, "--units"), values.to_dataframe().reset_index()
     names = {}
     for name in table.columns:
@@ -51,19 +41,7 @@ def write_table(values: xr.DataArray, path: Path, units: Sequence[str] = ()) -> 
 
 
 def to_vtk(data: xr.Dataset, path: Path, every: int = 1) -> Path:
-    """Write a time series for ParaView; see `Result.to_vtk`.
-
-    Parameters
-    ----------
-    data
-        The dataset of a result.
-    path
-        File to write, ending in ".pvd".
-    every
-        Of how many positions one is written.
-    """
-    import pyvista  # noqa: PLC0415  (slow to import)
-
+    """Write a time series for ParaView; see `Result.to_vtk`."""
     if path.suffix != ".pvd":
         raise ResultError(f"{path}: a time series for ParaView must end in .pvd")
     if every < 1:
@@ -75,7 +53,14 @@ def to_vtk(data: xr.Dataset, path: Path, every: int = 1) -> Path:
     if "position" not in data:
         raise ResultError("the result has no position of its members, as of an older version: analyse its scene again")
     data = data.isel(theta=slice(None, None, every))
-    places, fields, cells = _places(data), _fields(data), _cells(data)  # before anything is written
+    return write_series(data, path, _places(data), _fields(data))
+
+
+def write_series(data: xr.Dataset, path: Path, places: Array, fields: dict[str, Array]) -> Path:
+    """Write fields at the stations ``(instants, points, ...)``, which are at places ``(instants, points, 3)`` (m)."""
+    import pyvista  # noqa: PLC0415  (slow to import)
+
+    cells = _cells(data)
     folder = path.with_suffix("")
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -145,15 +130,7 @@ def _collection(time: Array, names: list[str]) -> str:
 
 
 def to_mat(data: xr.Dataset, path: Path) -> Path:
-    """Write a file for MATLAB and Octave; see `Result.to_mat`.
-
-    Parameters
-    ----------
-    data
-        The dataset.
-    path
-        File to write, ending in ".mat".
-    """
+    """Write a file for MATLAB and Octave; see `Result.to_mat`."""
     from scipy.io import savemat  # noqa: PLC0415  (slow to import)
 
     if path.suffix != ".mat":

@@ -11,9 +11,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech.joints.link_states import quarter
 from fenics_mech.kinematics import Motion
-from fenics_mech.kinematics.loops import Loops
-from fenics_mech.kinematics.motion import coordinates
-from fenics_mech.kinematics.transmission import transmission_angles
+from fenics_mech.machine.transmission import transmission_angles
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.observations import TracedPoint
 
@@ -21,74 +19,34 @@ PARALLEL = 1e-9  # share of the fastest link's rate below which a link does not 
 
 
 def motion_of_links(scene: Scene, motion: Motion) -> xr.Dataset:
-    """Give the motion of links that do not bend.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    motion
-        Its motion.
-
-    Returns
-    -------
-    xarray.Dataset
-        `link_omega`, `link_alpha` by `link`, and its `instant_centre`.
-        `transmission_angle` by `pair`, `slide_place` by `slide`. A mechanism at rest has no rates.
-    """
+    """Give the motion of links that do not bend."""
     labels: dict[str, Any] = {"theta": motion.theta, "link": list(motion.links), "component": ["x", "y"]}
     found: dict[str, Any] = {}
     if motion.omega.any() or motion.velocity.any():
         found["link_omega"] = (("theta", "link"), motion.omega)
         found["link_alpha"] = (("theta", "link"), motion.alpha)
-        found["instant_centre"] = (("theta", "link", "component"), instant_centres(motion))
+        turns = np.abs(motion.omega) > PARALLEL * np.abs(motion.omega).max(initial=0.0)
+        rate = np.where(turns, motion.omega, np.nan)[..., None]
+        found["instant_centre"] = (("theta", "link", "component"), motion.position + quarter(motion.velocity) / rate)
     slides = dict(_slide_places(scene, motion))
     if slides:
         found["slide_place"] = (("theta", "slide"), np.stack(list(slides.values()), axis=1))
         labels["slide"] = list(slides)
-    loops = Loops.of(scene)
-    angles = transmission_angles(loops, coordinates(motion.position, motion.angle)) if scene.drives else None
+    angles = transmission_angles(scene, motion) if scene.drives else None
     if angles:
         found["transmission_angle"] = (("theta", "pair"), np.stack(list(angles.values()), axis=1))
         labels["pair"] = [f"{joint} ({', '.join(links)})" for joint, links in angles]
     return xr.Dataset(found, labels)
 
 
-def instant_centres(motion: Motion) -> Array:
-    """Points of the links that are at rest (m), ``(angles, links, 2)``; NaN where a link does not turn.
-
-    Parameters
-    ----------
-    motion
-        The rigid motion.
-    """
-    turns = np.abs(motion.omega) > PARALLEL * np.abs(motion.omega).max(initial=0.0)
-    rate = np.where(turns, motion.omega, np.nan)[..., None]
-    return motion.position + quarter(motion.velocity) / rate
-
-
 def followed(scene: Scene) -> dict[str, tuple[str, tuple[float, float]]]:
-    """Give all points of the links, and those that the scene adds: the link of each, and its place there (m), by name.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give the link and the place in it (m) of all points of links, and of those that the scene adds, by name."""
     points = {f"{link}.{point}": (link, at) for link, body in scene.links.items() for point, at in body.points.items()}
     return points | {name: place_in_link(scene, point) for name, point in scene.points.items()}
 
 
 def place_in_link(scene: Scene, point: TracedPoint) -> tuple[str, tuple[float, float]]:
-    """Give the link of a point that is followed, and the point's place in the link's frame (m).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    point
-        The point.
-    """
+    """Give the link of a point that is followed, and the point's place in the link's frame (m)."""
     link, (x, y) = scene.place(point.at)
     return link, (x + point.offset[0], y + point.offset[1])
 

@@ -21,26 +21,7 @@ LARGEST_STRAIN = 0.2  # m/m; larger numbers are microstrain
 
 
 def read_cells(path: Path, hint: str) -> tuple[list[str], dict[int, list[str]]]:
-    """Read a CSV file with a header.
-
-    Parameters
-    ----------
-    path
-        The file.
-    hint
-        What is expected, for the messages.
-
-    Returns
-    -------
-    tuple
-        The header, and the cells of each other line that is not empty by its number.
-
-    Raises
-    ------
-    SceneError
-        When the file cannot be read, has no header or no other line. What it holds is not told: a scene from a
-        stranger may name any file.
-    """
+    """Read a CSV file with a header."""
     try:
         text = read_bounded(path, LARGEST_FILE).decode("utf-8-sig")
         lines = csv.reader(io.StringIO(text, newline=""))
@@ -66,18 +47,8 @@ def _filled(lines: Any) -> Iterator[tuple[int, list[str]]]:
 
 
 def read_measurement(path: Path) -> tuple[Array, Array]:
-    """Read a file of measured strains: a header, then drive angle (degrees) and strain in two columns.
-
-    Returns
-    -------
-    tuple
-        Drive angle (rad) and strain, both ``(points,)``.
-
-    Raises
-    ------
-    SceneError
-        When the file cannot be read or a line of it is not two finite numbers. The line's number is named.
-    """
+    """Read a file of measured strains: a header, then drive angle (degrees) and strain in two columns."""
+    # Gives drive angle (rad) and strain, both ``(points,)``.
     _, rows = read_cells(path, HINT)
     points = [finite_numbers(cells, 2, (path, line), HINT) for line, cells in rows.items()]
     angle, strain = np.array(points).T
@@ -100,24 +71,7 @@ def _is_number(cell: str) -> bool:
 
 
 def finite_numbers(cells: list[str], count: int, place: tuple[Path, int], hint: str) -> list[float]:
-    """Give so many finite numbers of a line.
-
-    Parameters
-    ----------
-    cells
-        Its cells.
-    count
-        How many they should be.
-    place
-        The file, and the number of the line.
-    hint
-        What is expected, for the message.
-
-    Raises
-    ------
-    SceneError
-        When they are not.
-    """
+    """Give so many finite numbers of a line."""
     try:
         numbers = [float(cell) for cell in cells]
     except ValueError:

@@ -22,15 +22,9 @@ from fenics_mech.scene.joints import Joint
 
 @dataclass(frozen=True)
 class OfLinear(OfPoses):
-    """A motion of a scene's machine that is linear beside another, at some instants.
+    """A motion of a scene's machine that is linear beside another, at some instants."""
 
-    What is no linear function of the motion, such as a power or a largest value, is made of such that are.
-
-    Parameters
-    ----------
-    linear
-        The motion.
-    """
+    # What is no linear function of the motion, such as a power or a largest value, is made of such that are.
 
     linear: LinearMotion
 
@@ -69,10 +63,8 @@ class OfLinear(OfPoses):
         return self._sections(lambda x: x.bare, lambda x: x.elastic)
 
     def _sections(self, read: Callable[[OfPoses], Sections], found: Callable[[OfPoses], Evaluation]) -> Sections:
-        """Give forces in sections as a reading does, or where no stresses turn with the links, in their rigid axes.
-
-        In these axes the forces of the base and those of the change add up to equilibrium. Neither are in it alone.
-        """
+        """Give forces in sections as a reading does, or where no stresses turn with the links, in their rigid axes."""
+        # In these axes the forces of the base and those of the change add up to equilibrium. Neither are in it alone.
         if self.linear.stiffening is not None:
             parts = ([getattr(read(x), part.name) for x in self._beside] for part in fields(Sections))
             return Sections(*(base + (ahead - behind) / (2 * self.linear.step) for base, ahead, behind in parts))

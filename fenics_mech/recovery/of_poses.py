@@ -10,12 +10,14 @@ import numpy as np
 
 from fenics_mech._arrays import Array, norms
 from fenics_mech.beams.mesh import BeamMesh
+from fenics_mech.estimate.quantities import Quantities
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.acting_from_scene import point_of
 from fenics_mech.machine.along_members import along_members, on_elements
 from fenics_mech.machine.drawn_from_scene import clock_of
+from fenics_mech.machine.energy import power_of_weight
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.joint_forces import Reactions
@@ -24,10 +26,8 @@ from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, InnerForces, Sections
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
-from fenics_mech.recovery.viscous import elastic_strain
-from fenics_mech.recovery.without_modes import without_modes
-from fenics_mech.scene import Bushing, Friction, JointEffort, Scene
+from fenics_mech.recovery.strains import elastic_strain, stress_over_modulus, without_modes, young_modulus
+from fenics_mech.scene import Bushing, Friction, JointEffort
 from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
 from fenics_mech.scene.springs_dampers import Line
@@ -42,23 +42,13 @@ Variables = dict[str, tuple[tuple[str, ...], Array]]
 
 @dataclass(frozen=True)
 class OfPoses:
-    """A periodic motion of a scene's machine at its positions.
+    """A periodic motion of a scene's machine at its positions."""
 
-    Parameters
-    ----------
-    made
-        The machine of the scene.
-    motion
-        Its motion at all positions.
-    bent
-        As of `inside`: whether forces have levers by the bow within elements.
-    places
-        Stations along members, 0..1; None for those of the scene.
-    """
-
-    made: SceneMachine
+    made: SceneMachine  # the machine of the scene
     motion: Motion
+    # whether forces have levers by the bow within elements
     bent: bool = field(default=True, kw_only=True)
+    # stations along members, 0..1; None for those of the scene
     places: Array | None = field(default=None, kw_only=True)
 
     # ---- along members ----
@@ -69,11 +59,9 @@ class OfPoses:
 
     @property
     def largest_strains(self) -> Array:
-        """Largest strain of every member ``(members,)``: at the stations, and to both sides of what acts between them.
-
-        It is looked for at even places too, where pins travel along members or their sections vary. Where it is
-        largest, it is looked for to both sides of these pins as well.
-        """
+        """Largest strain of every member ``(members,)``: at stations, and to both sides of what acts between them."""
+        # It is looked for at even places too, where pins travel along members or their sections vary. Where it is
+        # largest, it is looked for to both sides of these pins as well.
         scene, places = self.made.scene, self.made.scene.loaded_places()
         beside = np.add.outer([x for own in places.values() for x in own], [-BESIDE, BESIDE]).ravel()
         if self.made.machine.rides or any(np.ptp(part.bending) > 0 for part in scene.rigidities(self.stations)):
@@ -115,16 +103,25 @@ class OfPoses:
     @cached_property
     def elastic(self) -> Evaluation:
         """The residual without what damps modes."""
-        motion = self.motion
-        return without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.with_tangents)
+        return without_modes(self.motion)
 
     @cached_property
     def strains(self) -> tuple[Array, Array]:
         """Strains of the axes ``(instants, members, stations)``, and by bending of both fibres ``(..., 2)``."""
         scene, bare = self.made.scene, self.bare
-        parts = stress_over_modulus(scene.rigidities(self.stations), bare.axial, bare.moment)
-        stretch, bending = (elastic_strain(scene, part) for part in parts)
+        stretch, bending = stress_over_modulus(scene.rigidities(self.stations), bare.axial, bare.moment)
+        if (retardation := scene.damping.material) and scene.analysis.method == "periodic":
+            return tuple(elastic_strain(part, retardation, scene.period) for part in (stretch, bending))  # type: ignore[return-value]
         return stretch, bending
+
+    @cached_property
+    def quantities(self) -> Quantities:
+        """What is compared between two motions, at the stations."""
+        axial, bending = self.strains
+        forces, efforts, none = list(self.joint_forces.values()), list(self.efforts().values()), (len(axial), 0)
+        force = np.stack(forces, axis=1) if forces else np.zeros((*none, 2))
+        effort = np.stack(efforts, axis=1) if efforts else np.zeros(none)
+        return Quantities(axial, bending, self.deflection, force, effort)
 
     def members(self) -> Variables:
         """Give strains, stresses, section forces and deflections at the stations of all members."""
@@ -182,10 +179,8 @@ class OfPoses:
 
     # ---- joints and drives ----
     def efforts(self) -> dict[str, Array]:
-        """Give the torque (N m) or force (N) of drives and in freedoms on the second body of their joints.
-
-        They are ``(instants,)`` each. A rotor takes its own part of what the term of a motor or freedom gives.
-        """
+        """Give the torque (N m) or force (N) of drives and in freedoms on the second body of their joints."""
+        # They are ``(instants,)`` each. A rotor takes its own part of what the term of a motor or freedom gives.
         scene, first = self.made.scene, self.motion.machine.n
         by_rows = [drive.joint for drive in scene.drives if drive.motor is None]
         found = {joint: -self.motion.a[:, first + row] for joint, row in zip(by_rows, self.made.driven)}
@@ -219,10 +214,8 @@ class OfPoses:
 
     @cached_property
     def joint_forces(self) -> dict[str, Array]:
-        """Give the force of the first body of every joint on each other one, ``(instants, 2)`` (N).
-
-        What laws exert beside what holds the joint is a part of it.
-        """
+        """Give the force of the first body of every joint on each other one, ``(instants, 2)`` (N)."""
+        # What laws exert beside what holds the joint is a part of it.
         found: dict[str, Array] = {}
         for name, joint in self.made.scene.joints.items():
             others = joint.connect[1:]
@@ -457,7 +450,9 @@ class OfPoses:
         by_cause = {cause_of_efforts(self.made.scene): given}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
         causes |= {id(term): None for term in self.made.acting.values() if type(term).energy is not Term.energy}
-        causes |= {id(term): _cause_of(self.made.scene, name, term) for name, term in self._laws.items()}
+        for key, law in self._laws.items():
+            of_law = law.law.cause if isinstance(law, LawTerm) else LAWS[type(self.made.scene.joint_laws[key])]
+            causes[id(law)] = of_law
         taken: list[tuple[str | None, Array]] = []
         if self.made.links is not None:
             taken += _of_beams(machine.beams, self.measured[0])
@@ -555,14 +550,34 @@ CAUSES = {
 }  # by table; springs store
 
 
-def _cause_of(scene: Scene, name: str, term: Term) -> Cause:
-    """Give under which cause the power of a law's term is listed."""
-    return term.law.cause if isinstance(term, LawTerm) else LAWS[type(scene.joint_laws[name])]
-
-
 def _of_beams(beams: Beams, here: Measured) -> Iterator[tuple[str, Array]]:
     """Give the power that beams take for good, by cause ``(instants, parts)`` each."""
     viscous = beams.damping[:, None] * np.einsum("eij,tej->tei", beams.stiffness, here.rate)
     yield Cause.MATERIAL, np.sum(viscous * here.rate, axis=2)
-    if here.response.modes is not None:
-        yield Cause.MODAL_DAMPING, np.einsum("temk,tem->tk", here.response.modes, here.rate) ** 2
+    if here.modes is not None:
+        yield Cause.MODAL_DAMPING, np.einsum("temk,tem->tk", here.modes, here.rate) ** 2
+
+
+@dataclass(frozen=True)
+class OfRigid(OfPoses):
+    """A motion of rigid links at some instants, in the chart itself."""
+
+    angle: Array  # angles of the links, whole turns and all ``(instants, links)`` (rad)
+    turned: Array  # drive angles ``(instants,)`` (rad)
+
+    def links(self) -> LinkMotion:
+        """Give the motion of the links' frames."""
+        return replace(super().links(), angle=self.angle)
+
+    @cached_property
+    def theta(self) -> Array:
+        """Drive angles (rad)."""
+        return self.turned
+
+    def powers(self) -> dict[str, Array]:
+        """Give what drives, weight, loads and damping give to the machine ``(instants,)`` (W)."""
+        found = super().powers()
+        if any(self.made.scene.gravity):
+            drive = next(iter(found))
+            found = {drive: found[drive], Cause.WEIGHT: power_of_weight(self.motion)} | found
+        return found

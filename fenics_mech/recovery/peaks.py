@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, Index, norms
-from fenics_mech.accuracy.missed_peaks import BETWEEN
+from fenics_mech.estimate.missed_peaks import BETWEEN
 from fenics_mech.recovery.cycle_curves import DRAWN, CycleCurves
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Harmonics, Scene
@@ -30,7 +30,6 @@ class PeakLimits:
     few: int = 16  # positions that may not see it either: with fewer, peaks are doubted twice as much
     doubtful: float = 0.01  # share of the largest peak by which others are uncertain, that is reported
     near: float = 0.01  # share of a peak by which a vector may be shorter between positions than at them
-    beside: float = 1e-9  # share of a member, by which a place is beside a load under which a moment jumps
 
 
 PEAK = PeakLimits()
@@ -51,30 +50,18 @@ ORDER = ("theta", "member", "joint", "support", "s", "fibre", "component")  # of
 
 
 def curves_over_cycle(scene: Scene, values: Array, name: str = "") -> CycleCurves:
-    """Draw curves through values at the positions of a cycle: by their harmonics, and at corners Akima's curves.
-
-    Where the positions are no cycle that repeats, are fewer than four, or something jumps between them, the curves are
-    nowhere beyond the positions.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    values
-        Values at the positions of its result, ``(positions, ...)``.
-    name
-        The variable whose values at stations they are.
-    """
+    """Draw curves through values at the positions of a cycle: by their harmonics, and at corners Akima's curves."""
+    # Where the positions are no cycle that repeats, are fewer than four, or something jumps between them, the curves
+    # are nowhere beyond the positions.
+    # values: values at the positions of its result, ``(positions, ...)``
     if not _smooth(scene, len(values)):
         return CycleCurves.of_positions(values)
     return CycleCurves.through(values, of_harmonics=_without_corners(scene, name))
 
 
 def _without_corners(scene: Scene, name: str = "") -> bool:
-    """Whether nothing in a scene may give curves of a variable corners: then their harmonics fade away.
-
-    Strains and stresses at stations have corners where a pin passes that travels along the member.
-    """
+    """Whether nothing in a scene may give curves of a variable corners: then their harmonics fade away."""
+    # Strains and stresses at stations have corners where a pin passes that travels along the member.
     smooth = all(drive.law is None or isinstance(drive.law, Harmonics) for drive in scene.drives)
     travels = name in ("strain", "stress") and any(joint.member for joint in scene.joints.values())
     varies = any(load.factor is not None for load in scene.loads.values())
@@ -83,15 +70,7 @@ def _without_corners(scene: Scene, name: str = "") -> bool:
 
 @kept
 def curves_of(result: Result, name: str) -> CycleCurves:
-    """Draw the curves of a variable, whose dimensions are in the order of `ORDER`.
-
-    Parameters
-    ----------
-    result
-        The result.
-    name
-        The variable, one of `CURVES`.
-    """
+    """Draw the curves of a variable, whose dimensions are in the order of `ORDER`."""
     return curves_over_cycle(result.scene, _ordered(result, name).to_numpy(), name)
 
 
@@ -102,20 +81,8 @@ def _ordered(result: Result, name: str) -> xr.Variable:
 
 
 def peak_of(result: Result, name: str) -> tuple[Index, Array, Array]:
-    """Give the peak of a variable on each of its owners: members, joints or supports, or one alone.
-
-    Parameters
-    ----------
-    result
-        The result.
-    name
-        The variable, one of `CURVES`. Vectors count by their lengths.
-
-    Returns
-    -------
-    tuple of numpy.ndarray
-        Number of the owner's curve, place in positions, and value there, ``(owners,)`` each.
-    """
+    """Give the peak of a variable on each of its owners: members, joints or supports, or one alone."""
+    # Gives number of the owner's curve, place in positions, and value there, ``(owners,)`` each.
     curves, which = _leading(result, name)
     places, values = _peaks(result, name, curves)
     highest = np.arange(len(values)), np.abs(values).argmax(axis=1)
@@ -124,11 +91,9 @@ def peak_of(result: Result, name: str) -> tuple[Index, Array, Array]:
 
 @kept
 def _leading(result: Result, name: str) -> tuple[CycleCurves, Index]:
-    """Draw those curves of each owner that may have its peak, and tell which they are, ``(owners, curves)``.
-
-    Others are lower by more than twice the largest step from a position to the next. Splines and curves of Akima are
-    beyond their positions by one such step at most, and curves by harmonics were by 1.5 at most.
-    """
+    """Draw those curves of each owner that may have its peak, and tell which they are, ``(owners, curves)``."""
+    # Others are lower by more than twice the largest step from a position to the next. Splines and curves of Akima
+    # are beyond their positions by one such step at most, and curves by harmonics were by 1.5 at most.
     data, owner = _ordered(result, name), CURVES[name]
     count, vector = data.sizes["theta"], "component" in data.dims
     owners = data.sizes[owner] if owner else 1
@@ -155,33 +120,15 @@ def _peaks(result: Result, name: str, curves: CycleCurves) -> tuple[Array, Array
 
 
 def between_positions(result: Result, least: int = DRAWN) -> Result:
-    """Give the curves of a cycle also where they have their peaks, as most of these lie between two positions.
-
-    Where positions are few, the curves are given at more of them. Where the result is no cycle that repeats, or
-    something jumps, it is given as it is.
-
-    Parameters
-    ----------
-    result
-        The result.
-    least
-        Positions of a cycle at which curves are given at least, that of curves as they are drawn.
-    """
+    """Give the curves of a cycle also where they have their peaks, as most of these lie between two positions."""
+    # Where positions are few, the curves are given at more of them. Where the result is no cycle that repeats, or
+    # something jumps, it is given as it is.
     return _closer(result, least)[0]
 
 
 def smoothed(result: Result, values: Array, name: str = "") -> tuple[Array, Array]:
-    """Give drive angles (rad) and the values of a curve there: those at which `between_positions` has its curves.
-
-    Parameters
-    ----------
-    result
-        The result.
-    values
-        At its positions, ``(angles, ...)``.
-    name
-        As of `curves_over_cycle`.
-    """
+    """Give drive angles (rad) and the values of a curve there: those at which `between_positions` has its curves."""
+    # values: at its positions, ``(angles, ...)``
     closer, places = _closer(result)
     if closer is not result:
         values = curves_over_cycle(result.scene, values, name).at(places)
@@ -212,15 +159,7 @@ def _at_more(result: Result, least: int) -> tuple[Result, Array]:
 
 
 def angles_at(result: Result, places: Array) -> Array:
-    """Give the drive angles (rad) of places between the positions of a cycle.
-
-    Parameters
-    ----------
-    result
-        The result.
-    places
-        The places, in positions.
-    """
+    """Give the drive angles (rad) of places between the positions of a cycle."""
     theta, k = result.data.variables["theta"].to_numpy(), np.floor(places).astype(int)
     return np.asarray(theta[k] + (places - k) * (theta[min(1, len(theta) - 1)] - theta[0]))
 
@@ -232,32 +171,17 @@ def _smooth(scene: Scene, count: int) -> bool:
 
 
 def doubts(result: Result) -> dict[str, float]:
-    """By which share of the largest one peaks between positions are uncertain, by the variable in `PEAKS`.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """By which share of the largest one peaks between positions are uncertain, by the variable in `PEAKS`."""
     return {name: doubt(result, name) for name in PEAKS}
 
 
 def doubt(result: Result, name: str) -> float:
-    """By which share of the largest one peaks of a variable in `PEAKS` are uncertain.
-
-    The estimates of errors tell it as the source "positions". Where there are none, it is estimated by the peaks that
-    half of the positions show, and is larger than the error where these see the
-    curves. On nine linkages it was less than half of the error only with 14 positions, of which half do not see the
-    narrow peaks of one linkage.
-
-    Parameters
-    ----------
-    result
-        The result.
-    name
-        Name of the variable.
-    """
-    if name in (told := told_doubts(result.data)):
+    """By which share of the largest one peaks of a variable in `PEAKS` are uncertain."""
+    # The estimates of errors tell it as the source "positions". Where there are none, it is estimated by the peaks
+    # that half of the positions show, and is larger than the error where these see the curves. On nine linkages it
+    # was less than half of the error only with 14 positions, of which half do not see the narrow peaks of one
+    # linkage.
+    if name in (told := estimated_doubts(result.data)):
         return told[name]
     count = result.data.sizes["theta"]
     if result.scene.analysis.method not in CYCLIC or not 4 <= count < PEAK.certain:
@@ -273,14 +197,8 @@ def doubt(result: Result, name: str) -> float:
     return float(gained(apart, cornered, count).max())
 
 
-def told_doubts(data: xr.Dataset) -> dict[str, float]:
-    """Give the uncertainties of `doubts` that estimates of errors tell; nothing where they do not.
-
-    Parameters
-    ----------
-    data
-        A dataset of errors.
-    """
+def estimated_doubts(data: xr.Dataset) -> dict[str, float]:
+    """Give the uncertainties of `doubts` that estimates of errors tell; nothing where they do not."""
     if BETWEEN not in data.get("source", ()):
         return {}
     names = {"strain": "relative_error", "joint_force": "joint_force_relative_error"}
@@ -288,17 +206,9 @@ def told_doubts(data: xr.Dataset) -> dict[str, float]:
 
 
 def gained(apart: Array, cornered: Array | None, count: int) -> Array:
-    """Give how uncertain peaks are by those that halves of the positions show, ``(peaks,)``.
-
-    Parameters
-    ----------
-    apart
-        By which share of the largest peak those of the halves differ from it, ``(peaks,)``.
-    cornered
-        Whether the curves may have corners, ``(peaks,)``; None where they are nowhere beyond the positions.
-    count
-        Number of the positions.
-    """
+    """Give how uncertain peaks are by those that halves of the positions show, ``(peaks,)``."""
+    # apart: by which share of the largest peak those of the halves differ from it, ``(peaks,)``; cornered: whether
+    # the curves may have corners, ``(peaks,)``; None where they are nowhere beyond the positions
     if cornered is None:
         return apart
     if count < PEAK.few:

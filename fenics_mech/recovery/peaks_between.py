@@ -10,21 +10,27 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
 
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY, TURN
-from fenics_mech.accuracy.missed_peaks import ACCELERATIONS, MissedPeaks
-from fenics_mech.kinematics import Motion
+from fenics_mech.estimate.missed_peaks import ACCELERATIONS, MissedPeaks
+from fenics_mech.kinematics import Motion as LinkMotion
+from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.recovery.cycle_curves import CycleCurves
 from fenics_mech.recovery.link_motion import followed
+from fenics_mech.recovery.of_linear import OfLinear
+from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.peaks import PEAK, curves_over_cycle, gained
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import factor_pieces
+from fenics_mech.solve import quasi_static
 
 Values = dict[str, Array]  # by quantity, ``(places, owners, curves of each)``, vectors with another axis of 2
 VECTORS = ("deflection", "joint_force", *ACCELERATIONS)
@@ -50,17 +56,13 @@ class BetweenLimits:
 
 
 BETWEEN = BetweenLimits()
+FINE = 4  # times as many places as angles, at which the rigid motion is looked at
+TURNS = 40  # places between which accelerations change alike, over all that they change in a cycle
 
 
 @dataclass(frozen=True)
 class OverCycle(ABC):
-    """A motion without vibration over a cycle, which is known at any angles.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """A motion without vibration over a cycle, which is known at any angles."""
 
     scene: Scene
     angles: ClassVar[int] = BETWEEN.angles
@@ -73,22 +75,11 @@ class OverCycle(ABC):
 
     @abstractmethod
     def at(self, places: Array) -> Values:
-        """Give the quantities at places of the cycle.
-
-        Parameters
-        ----------
-        places
-            The places, in positions, ``(places,)``.
-        """
+        """Give the quantities at places of the cycle."""
+        # places: the places, in positions, ``(places,)``
 
     def at_positions(self, times: int) -> Values:
-        """Give the quantities at so many times as many even places as there are positions.
-
-        Parameters
-        ----------
-        times
-            Places for each position.
-        """
+        """Give the quantities at so many times as many even places as there are positions."""
         return self.at(np.arange(self.count * times) / times)
 
     @abstractmethod
@@ -125,26 +116,9 @@ def _with_parts(ends: Array) -> Array:
     return np.append((ends[:-1, None] + np.diff(ends)[:, None] * share).ravel(), ends[-1:])
 
 
-def accelerations_of(scene: Scene, motion: Motion) -> Array:
-    """Give the accelerations of all points of the links, and of those that the scene adds (m/s^2).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    motion
-        The motion of links that do not bend.
-
-    Returns
-    -------
-    numpy.ndarray
-        In the order of `followed`, ``(angles, points, 1, 2)``.
-    """
+def accelerations_of(scene: Scene, motion: LinkMotion) -> Array:
+    """Give the accelerations of all points of the links, and of those that the scene adds (m/s^2)."""
     return np.stack([motion.of_point(*place)[2] for place in followed(scene).values()], axis=1)[:, :, None]
-
-
-def _named(names: Iterable[str], values: Values) -> Values:
-    return {name: values[name] for name in names}
 
 
 def _size(name: str, values: Array) -> Array:
@@ -154,22 +128,13 @@ def _size(name: str, values: Array) -> Array:
 
 
 class PeaksBetween:
-    """A response that is known at positions: its peaks by the motion without vibration and what is left.
-
-    Parameters
-    ----------
-    still
-        The motion without vibration.
-    known
-        The response at the positions, or at so many times as many even places.
-    times
-        Places of `known` for each position.
-    """
+    """A response that is known at positions: its peaks by the motion without vibration and what is left."""
 
     def __init__(self, still: OverCycle, known: Values, times: int = 1) -> None:
         self.still, self.count, self.times = still, still.count, times
         self.places = np.arange(self.count * times) / times
-        self.found = _named(known, still.at_positions(times))
+        at_positions = still.at_positions(times)
+        self.found = {name: at_positions[name] for name in known}
         self.curves = {
             name: CycleCurves.of_positions(values[::times])  # nothing tells their peaks but the positions themselves
             if name in ACCELERATIONS
@@ -194,25 +159,18 @@ class PeaksBetween:
         for _ in range(1 + BETWEEN.rounds):
             if not len(places):
                 break
-            self._look(places)
+            order = np.argsort(whole := np.concatenate([self.places, places]))
+            more, self.places = self.still.at(places), whole[order]
+            self.found = {name: np.concatenate([part, more[name]])[order] for name, part in self.found.items()}
+            self._compare()
             places = self._closer()
-
-    def _look(self, places: Array) -> None:
-        """Look at more places."""
-        order = np.argsort(whole := np.concatenate([self.places, places]))
-        more, self.places = _named(self.found, self.still.at(places)), whole[order]
-        self.found = {name: np.concatenate([part, more[name]])[order] for name, part in self.found.items()}
-        self._compare()
 
     def _compare(self) -> None:
         """Compare the response with what the curves through the positions show at the places."""
-        self.response = {name: part + self._left(name) for name, part in self.found.items()}
+        left = {name: rest.at(self.places * self.times) for name, rest in self.rest.items()}
+        self.response = {name: part + left.get(name, 0.0) for name, part in self.found.items()}
         self.sizes = {name: _size(name, part) for name, part in self.response.items()}
         self.shown = {name: _size(name, curves.at(self.places)) for name, curves in self.curves.items()}
-
-    def _left(self, name: str) -> Array | float:
-        """Give what is left of a quantity at the places."""
-        return self.rest[name].at(self.places * self.times) if name in self.rest else 0.0
 
     def _closer(self) -> Array:
         """Give places about sharp peaks that the positions miss, between the places beside them."""
@@ -246,7 +204,8 @@ class PeaksBetween:
         if name not in self.halves or not best.size:
             return np.zeros_like(best)
         largest, curves = max(float(best.max()), TINY), self.rest[name]
-        both = _of_halves(self.halves[name], self.places, self.count)
+        along, curves_of = self.places * (self.count + self.count % 2) / self.count, self.halves[name]
+        both = curves_of.at(along / 2)[:, 0], curves_of.at((along - 1) / 2)[:, 1]  # see `CycleCurves.others`
         rough = np.stack([_size(name, self.found[name] + part).max(axis=0) for part in both])
         apart = np.abs(best - rough).max(axis=0) / largest
         if name in ACCELERATIONS:
@@ -257,11 +216,9 @@ class PeaksBetween:
         return np.asarray(largest * gained(apart, cornered, self.count))
 
     def _of_all_points(self, apart: Array, curves: CycleCurves, largest: float) -> Array:
-        """Give to each point the share of what is left of it, by which that of the worst point is uncertain.
-
-        Vibration moves all points, and at one of them peaks may agree by luck. Halves of the positions count in full,
-        as the harmonics of accelerations fade more slowly than those for which `gained` was measured.
-        """
+        """Give to each point the share of what is left of it, by which that of the worst point is uncertain."""
+        # Vibration moves all points, and at one of them peaks may agree by luck. Halves of the positions count in
+        # full, as the harmonics of accelerations fade more slowly than those for which `gained` was measured.
         moved = _size("point_acceleration", curves.values).max(axis=0) / largest
         worst = np.divide(apart, moved, out=np.zeros_like(moved), where=moved > BETWEEN.nothing).max()
         return np.asarray(moved * worst)
@@ -296,11 +253,9 @@ class PeaksBetween:
         return None
 
     def _missed_by(self, count: int, name: str, phase: float) -> Array:
-        """Give by how much so many positions miss peaks of a quantity, on the curves that have them, ``(owners,)``.
-
-        Between the places that were looked at, the curves are straight. `phase` is the part of a step at which the
-        positions begin.
-        """
+        """Give by how much so many positions miss peaks of a quantity, on the curves that have them, ``(owners,)``."""
+        # Between the places that were looked at, the curves are straight. `phase` is the part of a step at which the
+        # positions begin.
         values, owners = self.response[name], np.arange(self.sizes[name].shape[1])
         each = norms(values) if name in VECTORS else np.abs(values)
         highest = values[:, owners, each.max(axis=0).argmax(axis=1)]  # of each owner
@@ -313,7 +268,65 @@ class PeaksBetween:
         return np.asarray(np.abs(self.sizes[name].max(axis=0) - shown))
 
 
-def _of_halves(halves: CycleCurves, places: Array, count: int) -> tuple[Array, Array]:
-    """Give the curves through the even and the odd positions at places among all; see `CycleCurves.others`."""
-    along = places * (count + count % 2) / count
-    return halves.at(along / 2)[:, 0], halves.at((along - 1) / 2)[:, 1]
+def missed_peaks(
+    made: SceneMachine,
+    at: Callable[[float], OfPoses],
+    bent: bool,
+    shares: int,
+    still: Callable[[Array], OfPoses] | None = None,
+) -> MissedPeaks:
+    """Give by how much the positions of a cycle miss the peaks between them."""
+    # still: gives what is read off the static answer at instants (s); None for that of the machine
+    times = min(shares, math.ceil(PEAK.certain / made.scene.analysis.sub_intervals))
+    parts = [_values(at(share / times), bent) for share in range(times)]
+    known = {name: np.stack([part[name] for part in parts], axis=1) for name in parts[0]}
+    whole = {name: value.reshape(-1, *value.shape[2:]) for name, value in known.items()}
+    return PeaksBetween(
+        _WithoutVibration(made.scene, made, still or partial(_at_rest, made)), whole, times
+    ).missed_peaks()
+
+
+def _values(found: OfPoses, bent: bool) -> Values:
+    """Give the quantities whose peaks are compared ``(instants, owners, curves of each)``."""
+    axial, bending, deflection, force, effort = found.quantities
+    strain = axial[..., None] + bending
+    values = {"strain": strain.reshape(*strain.shape[:2], -1), "deflection": deflection}
+    values |= {"joint_force": force[:, :, None], "torque": effort[..., None]}
+    ways = (found.motion.chart.of_end, found.moved) if bent else (found.motion.chart.of_end,)
+    for name, moved in zip(ACCELERATIONS, ways):
+        values[name] = np.stack([moved(end)[2] for end in found.traced.values()], axis=1)[:, :, None]
+    return values
+
+
+def _at_rest(made: SceneMachine, t: Array) -> OfPoses:
+    """Read off the linear static answer of a machine at some instants (s)."""
+    machine, zero = made.machine, np.zeros((len(t), made.machine.size))
+    answer = quasi_static(machine, t)
+    rigid = Motion(machine, t, zero, zero, zero)
+    return OfLinear.by(made, LinearMotion(rigid, answer.change, moving=False, stresses=answer.stresses))
+
+
+@dataclass(frozen=True)
+class _WithoutVibration(OverCycle):
+    """The linear static answer to loads and rigid inertia of a machine at any angles."""
+
+    made: SceneMachine
+    still: Callable[[Array], OfPoses]
+
+    @property
+    def count(self) -> int:
+        """Number of the positions."""
+        return self.scene.analysis.sub_intervals
+
+    def at(self, places: Array) -> Values:
+        """Give the quantities at places of the cycle, in positions."""
+        values = _values(self.still(places * (self.scene.period / self.count)), bent=False)
+        return values | {ACCELERATIONS[1]: values[ACCELERATIONS[0]]}
+
+    def turning(self) -> Array:
+        """Give places over the cycle between which accelerations of the rigid links change alike."""
+        fine = np.linspace(0.0, 1.0, self.angles * FINE + 1)
+        change = np.abs(np.diff(self.made.machine.known.at(fine * self.scene.period).a, axis=0)).max(axis=(1, 2))
+        sum_of = np.append(0.0, np.cumsum(change))
+        even = np.linspace(0.0, sum_of[-1], TURNS + 1)
+        return np.asarray(self.count * np.unique(np.interp(even, sum_of, fine)))

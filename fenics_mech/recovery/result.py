@@ -16,10 +16,10 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError
-from fenics_mech.recovery.case_parts import names_of, packed, unpacked
 from fenics_mech.recovery.derived import DERIVED, derived
 from fenics_mech.recovery.exports import to_mat, to_vtk, write_table
 from fenics_mech.recovery.of_scene import OfScene
+from fenics_mech.recovery.saved import names_of, packed, unpacked
 from fenics_mech.scene import Scene
 
 Made = TypeVar("Made")
@@ -313,13 +313,7 @@ class Result(OfScene):
 
 
 def kept(make: Callable[[Result, *About], Made]) -> Callable[[Result, *About], Made]:
-    """Keep with a result what a function makes of it, as summary, page, plots and tables all ask for it.
-
-    Parameters
-    ----------
-    make
-        The function. It may take more than the result, such as the name of a variable: each is kept for itself.
-    """
+    """Keep with a result what a function makes of it, as summary, page, plots and tables all ask for it."""
     name = f"{make.__module__}.{make.__qualname__}"
 
     @wraps(make)
@@ -333,20 +327,9 @@ def kept(make: Callable[[Result, *About], Made]) -> Callable[[Result, *About], M
 
 
 def at_place(curves: Array, stations: Array, s: float | Array) -> Array:
-    """Interpolate by Akima's curve between stations, ``(..., stations)`` to ``(...,)``, or to ``(..., places)``.
-
-    Straight lines between few stations would be off by more than the strains are. A spline would carry the jump of a
-    moment and the corner of a force along the whole member.
-
-    Parameters
-    ----------
-    curves
-        Values at the stations.
-    stations
-        Ascending places along the member, 0..1.
-    s
-        The place, 0..1, or several.
-    """
+    """Interpolate by Akima's curve between stations, ``(..., stations)`` to ``(...,)``, or to ``(..., places)``."""
+    # Straight lines between few stations would be off by more than the strains are. A spline would carry the jump of
+    # a moment and the corner of a force along the whole member.
     at = np.minimum(np.searchsorted(stations, s), len(stations) - 1)
     if np.array_equal(stations[at], s):  # to the last bit, and no jump elsewhere along the member is felt
         return curves[..., at]
@@ -360,11 +343,5 @@ def at_place(curves: Array, stations: Array, s: float | Array) -> Array:
 
 
 def stamp(scene: Scene) -> dict[str, str]:
-    """Attributes that every result carries.
-
-    Parameters
-    ----------
-    scene
-        The scene that was analysed.
-    """
+    """Attributes that every result carries."""
     return {"fenics_mech": __version__, "title": scene.name, "scene": scene.model_dump_json()}

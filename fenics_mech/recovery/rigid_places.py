@@ -13,21 +13,9 @@ ENDS = ("first", "second")
 
 
 def rigid_places(scene: Scene, motion: Motion) -> xr.Dataset:
-    """Label the rigid positions of links and of the members' ends.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    motion
-        Its motion.
-
-    Returns
-    -------
-    xarray.Dataset
-        `position` (m) of the members' ends over theta, member, end and component; `link_position` (m) and `link_angle`
-        (rad) of the links' frames over theta and link.
-    """
+    """Label the rigid positions of links and of the members' ends."""
+    # Gives `position` (m) of the members' ends over theta, member, end and component; `link_position` (m) and
+    # `link_angle` (rad) of the links' frames over theta and link.
     return xr.Dataset(
         {
             "position": (("theta", "member", "end", "component"), ends_in(scene, motion)),
@@ -39,29 +27,21 @@ def rigid_places(scene: Scene, motion: Motion) -> xr.Dataset:
 
 
 def between_ends(ends: Array, s: Array) -> Array:
-    """Give places along straight members (m), ``(angles, members, places, 2)``.
-
-    Parameters
-    ----------
-    ends
-        The members' ends (m), ``(angles, members, 2, 2)``.
-    s
-        Places 0 to 1 along every member, ``(places,)``.
-    """
+    """Give places along straight members (m), ``(angles, members, places, 2)``."""
+    # ends: the members' ends (m), ``(angles, members, 2, 2)``; s: places 0 to 1 along every member, ``(places,)``
     s = s[:, None]
     return np.asarray((1 - s) * ends[:, :, None, 0] + s * ends[:, :, None, 1])
 
 
-def ends_in(scene: Scene, motion: Motion) -> Array:
-    """Give the members' two ends in a motion of the links (m), ``(angles, members, 2, 2)``.
+def bent_axes(data: xr.Dataset) -> Array:
+    """Give the places of the members' bent axes in a result (m), ``(angles, members, stations, 2)``."""
+    ends = data["position"].transpose("theta", "member", "end", "component").to_numpy()
+    bent = data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
+    return between_ends(ends, data["s"].to_numpy()) + bent
 
-    Parameters
-    ----------
-    scene
-        The linkage.
-    motion
-        Its motion.
-    """
+
+def ends_in(scene: Scene, motion: Motion) -> Array:
+    """Give the members' two ends in a motion of the links (m), ``(angles, members, 2, 2)``."""
     members = [
         [motion.of_point(link, scene.links[link].points[end])[0] for end in member.ends]
         for link, member in scene.members().values()

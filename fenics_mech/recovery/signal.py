@@ -16,11 +16,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech.recovery.result import at_place
-from fenics_mech.scene import Analysis, Drive
+from fenics_mech.scene import Analysis, Drive, RestToRest, Scene
 
 MID_SPAN, PEAK = "mid-span", "peak"
+LEAST_POSITIONS = 8  # in a dwell, to see its vibration
+DWELLS = "after out", "after back"
 
 
 @dataclass(frozen=True)
@@ -37,21 +39,11 @@ VIBRATION = VibrationLimits()
 
 
 def harmonics(values: Array, phase: float = 0.0) -> NDArray[np.complex128]:
-    """Fourier coefficients of a periodic quantity, ``values(t) = Re sum_n c_n exp(i n phase(t))``.
-
-    Parameters
-    ----------
-    values
-        At N equal steps of time over one cycle, ``(steps, ...)``.
-    phase
-        Phase of the cycle at the first step (rad).
-
-    Returns
-    -------
-    array
-        ``c_n`` for n from 0 to below N/2, ``(harmonics, ...)``: of harmonic n the amplitude is ``|c_n|``, and its
-        phase, ``angle(c_n)``, that of a cosine.
-    """
+    """Fourier coefficients of a periodic quantity, ``values(t) = Re sum_n c_n exp(i n phase(t))``."""
+    # values: at N equal steps of time over one cycle, ``(steps, ...)``; phase: phase of the cycle at the first step
+    # (rad)
+    # Gives ``c_n`` for n from 0 to below N/2, ``(harmonics, ...)``: of harmonic n the amplitude is ``|c_n|``, and its
+    # phase, ``angle(c_n)``, that of a cosine.
     steps = len(values)
     found = np.fft.rfft(values, axis=0)[: 1 + (steps - 1) // 2] * (2 / steps)
     found[0] /= 2
@@ -59,15 +51,7 @@ def harmonics(values: Array, phase: float = 0.0) -> NDArray[np.complex128]:
 
 
 def last_cycle(analysis: Analysis, drives: Sequence[Drive], data: xr.Dataset) -> slice | None:
-    """Positions of a result that are one cycle of a periodic motion, or None where it has none.
-
-    Parameters
-    ----------
-    analysis, drives
-        How the motion was computed, and what drives it.
-    data
-        Its result.
-    """
+    """Positions of a result that are one cycle of a periodic motion, or None where it has none."""
     count = data.sizes["theta"]
     if not drives or analysis.method == "static" or count < 3:
         return None
@@ -78,27 +62,8 @@ def last_cycle(analysis: Analysis, drives: Sequence[Drive], data: xr.Dataset) ->
 
 
 def of_cycle(data: xr.Dataset, part: slice, period: float, still: xr.DataArray | None = None) -> xr.Dataset:
-    """Harmonics of strains, joint forces and torque, and the vibration of each member's strain.
-
-    Parameters
-    ----------
-    data
-        The result.
-    part
-        Positions of it that are one cycle; see `last_cycle`.
-    period
-        Duration of the cycle (s).
-    still
-        Quasi-static strain over theta, member, s and fibre, where the response is more than that.
-
-    Returns
-    -------
-    Dataset
-        Amplitudes and phases (of a cosine, over the time since drive
-        angle 0) by "harmonic" of the drive, 0 being the mean. Strains have the "gauge" "mid-span", on the + fibre, and
-        "peak", where the member's strain is largest: "gauge_s" and "gauge_fibre" say where. Vibrations are those of the
-        strain at mid-span about its quasi-static curve.
-    """
+    """Harmonics of strains, joint forces and torque, and the vibration of each member's strain."""
+    # period: duration of the cycle (s)
     cycle = data[["strain", "joint_force", "input_torque"]].isel(theta=part)
     phase = abs(float(cycle["theta"][0]))
     waves, place = _gauged(cycle["strain"])
@@ -163,13 +128,8 @@ def _vibration(
 
 
 def ripples(wave: Array) -> int:
-    """Maxima of a periodic curve that stand out by a ripple's least height.
-
-    Parameters
-    ----------
-    wave
-        One cycle of the curve, ``(steps,)``.
-    """
+    """Maxima of a periodic curve that stand out by a ripple's least height."""
+    # wave: one cycle of the curve, ``(steps,)``
     start = int(wave.argmin())
     height = VIBRATION.least_ripple * float(max(np.ptp(wave), np.finfo(float).tiny))
     count, rising, turn = 0, False, float(wave[start])
@@ -182,37 +142,53 @@ def ripples(wave: Array) -> int:
 
 
 def vibrating_mode(rate: Array, frequency: Array, period: float) -> Array:
-    """Number, from 0, of the mode in which something vibrates, NaN where it follows the drive instead.
-
-    Ripples that are near no natural frequency, or one in a cycle, are multiples of the drive and no vibration.
-
-    Parameters
-    ----------
-    rate
-        Frequencies of ripples (Hz), ``(members,)``.
-    frequency
-        Natural frequencies (Hz), ``(angles, modes)``.
-    period
-        Duration of the cycle (s).
-    """
+    """Number, from 0, of the mode in which something vibrates, NaN where it follows the drive instead."""
+    # Ripples that are near no natural frequency, or one in a cycle, are multiples of the drive and no vibration.
+    # rate: frequencies of ripples (Hz), ``(members,)``; frequency: natural frequencies (Hz), ``(angles, modes)``;
+    # period: duration of the cycle (s)
     return np.where(rate * period > 1.5, nearest_mode(rate, frequency, 1 / period), np.nan)
 
 
 def nearest_mode(rate: Array, frequency: Array, resolution: float) -> Array:
-    """Number, from 0, of the mode whose range over the cycle is nearest to each rate; of several the nearest mean.
-
-    It is NaN where none is as near as the resolution: a motion that is driven, and not a vibration of the links.
-
-    Parameters
-    ----------
-    rate
-        Frequencies (Hz), ``(members,)``.
-    frequency
-        Natural frequencies (Hz), ``(angles, modes)``.
-    resolution
-        Of the rates (Hz).
-    """
+    """Number, from 0, of the mode whose range over the cycle is nearest to each rate; of several the nearest mean."""
+    # It is NaN where none is as near as the resolution: a motion that is driven, and not a vibration of the links.
+    # rate: frequencies (Hz), ``(members,)``; frequency: natural frequencies (Hz), ``(angles, modes)``; resolution: of
+    # the rates (Hz)
     rate = rate[:, None]
     outside = np.maximum(np.maximum(frequency.min(axis=0) - rate, rate - frequency.max(axis=0)), 0)
     nearest = np.lexsort((np.abs(rate - frequency.mean(axis=0)), outside), axis=1)[:, 0]
     return np.where(outside.min(axis=1) <= resolution, nearest, np.nan)
+
+
+def residual_vibration(scene: Scene, data: xr.Dataset) -> xr.Dataset:
+    """Give how far each member swings on in the dwells: half of the range of its deflection where that is largest."""
+    # Of a motion in time it is the last dwell of each kind that has enough positions. A scene whose one drive does
+    # not move from rest to rest, or that has freedoms, gives nothing.
+    drives = scene.drives
+    moves = len(drives) == 1 and isinstance(drives[0].law, RestToRest) and not scene.freedoms
+    if not moves or scene.analysis.method not in ("periodic", "transient"):
+        return xr.Dataset()
+    law = drives[0].law
+    assert isinstance(law, RestToRest)
+    theta = data["theta"].to_numpy() * np.sign(scene.cycle_rate)
+    bent = data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
+    found = {}
+    for name, begin, end in zip(DWELLS, (law.out[1], law.back[1]), (law.back[0], 1 + law.out[0])):
+        inside = _last_dwell(theta / (2 * np.pi), begin, end, repeats=scene.analysis.method == "periodic")
+        if len(inside) >= LEAST_POSITIONS:
+            found[name] = np.linalg.norm(np.ptp(bent[inside], axis=0), axis=-1).max(axis=-1) / 2
+    if not found:
+        return xr.Dataset()
+    size = np.stack(list(found.values()))
+    return xr.Dataset({"residual_vibration": (("dwell", "member"), size)}, {"dwell": list(found)})
+
+
+def _last_dwell(turns: Array, begin: float, end: float, *, repeats: bool) -> Index:
+    """Positions in the last dwell that has enough of them; `turns` count cycles from the start."""
+    if repeats:
+        return np.flatnonzero((turns - begin) % 1.0 <= end - begin)
+    for cycle in range(int(np.floor(turns[-1])), int(np.floor(turns[0])) - 2, -1):
+        inside = np.flatnonzero((turns >= cycle + begin) & (turns <= cycle + end))
+        if len(inside) >= LEAST_POSITIONS and turns[0] <= cycle + begin:
+            return inside
+    return np.zeros(0, dtype=np.int64)

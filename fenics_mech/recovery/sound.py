@@ -21,7 +21,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError
 from fenics_mech.joints.link_states import quarter
 from fenics_mech.recovery.result import Result
-from fenics_mech.recovery.rigid_places import between_ends
+from fenics_mech.recovery.rigid_places import bent_axes
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.scene import PolygonSection, Scene, TaperSection
 
@@ -83,17 +83,9 @@ def sound(result: Result, distance: float = 1.0, widths: Mapping[str, float] | N
 
 
 def radiated_power(forces: Waves, places: Array, wave_number: Array) -> Array:
-    """Sound power of dipoles in a plane (W), ``(frequencies,)``.
-
-    Parameters
-    ----------
-    forces
-        Amplitudes of the forces on the air (N), ``(frequencies, places, 2)``.
-    places
-        Where they act (m), ``(places, 2)``.
-    wave_number
-        Angular frequency over the speed of sound (1/m), ``(frequencies,)``.
-    """
+    """Sound power of dipoles in a plane (W), ``(frequencies,)``."""
+    # forces: amplitudes of the forces on the air (N), ``(frequencies, places, 2)``; places: where they act (m),
+    # ``(places, 2)``; wave_number: angular frequency over the speed of sound (1/m), ``(frequencies,)``
     directions, weight = _sphere(RINGS + math.ceil(wave_number.max() * np.ptp(places, axis=0).max()))
     # far pressure of a dipole: i k exp(-ikr) F.n/(4 pi r); its intensity |p|^2/(2 rho c)
     found = np.zeros(len(wave_number))
@@ -113,18 +105,8 @@ def _sphere(rings: int) -> tuple[Array, Array]:
 
 
 def a_weighting(frequency: Array) -> Array:
-    """A-weighting (dB), of the shape of the frequencies.
-
-    Parameters
-    ----------
-    frequency
-        Frequencies (Hz).
-
-    Examples
-    --------
-    >>> a_weighting(np.array([100.0, 1000.0])).round(1).tolist()
-    [-19.1, 0.0]
-    """
+    """A-weighting (dB), of the shape of the frequencies."""
+    # frequency: frequencies (Hz)
     f2 = np.maximum(frequency, 1e-3) ** 2
     top = 12194.0**2 * f2**2
     below = (f2 + 20.6**2) * np.sqrt((f2 + 107.7**2) * (f2 + 737.9**2)) * (f2 + 12194.0**2)
@@ -137,12 +119,11 @@ def _path(result: Result) -> tuple[Array, float]:
     part = last_cycle(scene.analysis, scene.drives, data)
     if part is None or "deflection" not in data:
         raise ResultError("sound needs a periodic motion of links that bend, with a drive that turns")
-    ends = data["position"].isel(theta=part).transpose("theta", "member", "end", "component").to_numpy()
-    bent = data["deflection"].isel(theta=part).transpose("theta", "member", "s", "component").to_numpy()
+    path = bent_axes(data.isel(theta=part))
     steps = np.diff(data["time"].to_numpy()[part])
     if np.ptp(steps) > EVEN * steps.mean():
         raise ResultError("sound needs positions in equal steps of time: a drive of constant speed")
-    return between_ends(ends, data["s"].to_numpy()) + bent, float(steps.mean() * len(bent))
+    return path, float(steps.mean() * len(path))
 
 
 def _accelerated(place: Array, speed: Array) -> Array:

@@ -10,8 +10,9 @@ from typing import ClassVar, Self
 
 import xarray as xr
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError, SceneError
-from fenics_mech.recovery.exports import write_table
+from fenics_mech.recovery.exports import to_mat, write_series, write_table
 from fenics_mech.recovery.saved import Saved
 from fenics_mech.scene.in_space import SpatialScene
 
@@ -124,6 +125,72 @@ class SpatialResult(Saved):
         points = [*scene.ground.points, *(point for link in scene.links.values() for point in link.points)]
         names = [*scene.links, *scene.joints, *scene.members(), *points, "ground"]
         return frozenset(part for name in names for part in (name, *name.split(".")))
+
+    def to_table(self, name: str, path: str | Path) -> Path:
+        """Write one variable as a table.
+
+        Parameters
+        ----------
+        name
+            Its name.
+        path
+            File to write.
+
+        Raises
+        ------
+        ResultError
+            When there is no such variable, or the file cannot be written.
+        """
+        if name not in self.data:
+            raise ResultError(f"the result has no variable {name!r}; it has {', '.join(map(str, self.data.data_vars))}")
+        return write_table(self.data[name], Path(path))
+
+    def to_mat(self, path: str | Path) -> Path:
+        """Write a file for MATLAB and Octave.
+
+        Parameters
+        ----------
+        path
+            File to write, ending in ".mat".
+
+        Raises
+        ------
+        ResultError
+            When it ends otherwise, or cannot be written.
+        """
+        return to_mat(self.data, Path(path))
+
+    def to_vtk(self, path: str | Path, every: int = 1) -> Path:
+        """Write a time series for ParaView: bent members with displacement, stress, forces and moments.
+
+        Parameters
+        ----------
+        path
+            File to write, ending in ".pvd"; a folder of the same name holds a file of each position.
+        every
+            Of how many positions one is written.
+
+        Raises
+        ------
+        ResultError
+            When it ends otherwise, no link bends, or a file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix != ".pvd":
+            raise ResultError(f"{path}: a time series for ParaView must end in .pvd")
+        if every < 1 or "member" not in self.data.coords:
+            raise ResultError(f"{path}: it holds members that bend, of every so many positions: 1 or more")
+        data = self.data.isel(theta=slice(None, None, every))
+        count = data.sizes["theta"]
+
+        def points(name: str) -> Array:
+            return data[name].to_numpy().reshape(count, data.sizes["member"] * data.sizes["s"], -1)
+
+        deflection = points("deflection")
+        fields = {"displacement (m)": deflection}
+        for name in ("von_mises", "section_force", "section_moment"):
+            fields[f"{name.replace('_', ' ')} ({data[name].attrs['units']})"] = points(name)
+        return write_series(data, path, points("place") - deflection, fields)
 
     def to_csv(self, folder: str | Path) -> list[Path]:
         """Write every variable as a table of its own, ``folder/variable.csv``.

@@ -15,7 +15,7 @@ from fenics_mech.recovery.peaks import curves_over_cycle
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.signal import last_cycle
 from fenics_mech.scene import Scene
-from fenics_mech.scene.stress_life import StressLife
+from fenics_mech.scene.bodies import StressLife
 
 HOUR = 3600.0  # seconds
 SWINGS = "stress_range", "stress_mean", "stress_ratio"
@@ -25,24 +25,8 @@ NO_STRESS = (
 
 
 def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dataset:
-    """Give range, mean and ratio of the stresses at every place, and how far members use their strength.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    data
-        Its result, with the stress (Pa).
-    part
-        Positions that are one cycle; None where there is none.
-
-    Returns
-    -------
-    xarray.Dataset
-        `stress_range`, `stress_mean` (half of the largest and the least) and `stress_ratio` (the least over the
-        largest; NaN where the largest is none) of a cycle, by member, s and fibre; `utilisation` by member where a
-        material states its strength.
-    """
+    """Give range, mean and ratio of the stresses at every place, and how far members use their strength."""
+    # data: its result, with the stress (Pa)
     stress = data.variables["stress"].transpose("theta", "member", "s", "fibre").to_numpy()
     found: dict[str, Any] = {}
     along = "member", "s", "fibre"
@@ -67,10 +51,8 @@ def _swings(largest: Array, least: Array, places: int | tuple[int, ...]) -> tupl
 
 
 def _used(scene: Scene, plus: Array, minus: Array, part: slice | None) -> Array:
-    """Give the largest stress over the strength, of all materials of each member; NaN where none states it.
-
-    `plus` and `minus` are the stresses of both outer fibres (Pa), ``(angles, members, stations)``.
-    """
+    """Give the largest stress over the strength, of all materials of each member; NaN where none states it."""
+    # `plus` and `minus` are the stresses of both outer fibres (Pa), ``(angles, members, stations)``.
     shares = np.full(plus.shape[1], np.nan)
     for i, faces in enumerate(faces_by_member(scene).values()):
         for face in faces:
@@ -142,25 +124,7 @@ def fatigue(result: Result) -> xr.Dataset:
 
 
 def life_used(result: Result) -> xr.Dataset:
-    """Give the share of their life that members use in each load case, and in all, by the cycles that cases state.
-
-    Parameters
-    ----------
-    result
-        A result of several load cases, whose materials state `fatigue`.
-
-    Returns
-    -------
-    xarray.Dataset
-        `damage` of one cycle at every place, over case, member, s and fibre. Where the cases state cycles or shares of
-        time also `used` by case and member, the damage of all cycles at the worst place of all cases together, and
-        `life_used` by member: at 1 it breaks.
-
-    Raises
-    ------
-    ResultError
-        When the result has no load cases, or as of `fatigue`.
-    """
+    """Give the share of their life that members use in each load case, and in all, by the cycles that cases state."""
     if not result.cases:
         raise ResultError("the result has no load cases: state [[cases]] in its scene")
     each = {name: fatigue(one)["damage"] for name, one in result.cases.items()}
@@ -180,11 +144,9 @@ def life_used(result: Result) -> xr.Dataset:
 
 
 def _damages(scene: Scene, stress: xr.DataArray, repeats: bool) -> dict[str, Array]:
-    """Give the damage on both sides of the sections, ``(members, stations, fibres)``: that of the worst material there.
-
-    Where the motion repeats, the swings of the stress in that material are beside it. `stress` is that of the outer
-    fibres over member, s, fibre and theta.
-    """
+    """Give the damage on both sides of the sections ``(members, stations, fibres)``: of the worst material there."""
+    # Where the motion repeats, the swings of the stress in that material are beside it. `stress` is that of the outer
+    # fibres over member, s, fibre and theta.
     waves, fibres = np.moveaxis(stress.to_numpy(), -1, 0), [str(fibre) for fibre in stress["fibre"].to_numpy()]
     names = ("damage", *(SWINGS if repeats else ()))
     worst = np.full((len(names), *stress.shape[:3]), np.nan)
@@ -215,20 +177,9 @@ MEANINGS = {
 
 
 def stress_cycles(stress: Array, repeats: bool) -> Array:
-    """Count the cycles of a stress by rainflow.
-
-    Parameters
-    ----------
-    stress
-        Stress (Pa) over time, ``(steps,)``.
-    repeats
-        Whether it goes on from its end at its start.
-
-    Returns
-    -------
-    numpy.ndarray
-        Range (Pa), mean (Pa) and count (1 or 0.5) of each cycle, ``(cycles, 3)``.
-    """
+    """Count the cycles of a stress by rainflow."""
+    # stress: stress (Pa) over time, ``(steps,)``
+    # Gives range (Pa), mean (Pa) and count (1 or 0.5) of each cycle, ``(cycles, 3)``.
     try:
         from rainflow import extract_cycles  # noqa: PLC0415  (an extra that few need)
     except ImportError as error:

@@ -16,13 +16,7 @@ FREE, PINNED, CLAMPED = 2.0, 1.0, 0.5  # effective over real length of ends (Tim
 
 
 def in_plane(of: Loaded) -> Check:
-    """Judge a strut that buckles in the plane of motion, where its ends turn on pins.
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Judge a strut that buckles in the plane of motion, where its ends turn on pins."""
     _, free = of.between_joints
     factor = FREE if free else PINNED
     told = "" if free else "K = 1 in the plane"
@@ -30,37 +24,25 @@ def in_plane(of: Loaded) -> Check:
 
 
 def across(of: Loaded) -> Check:
-    """Judge a strut that buckles across the plane of motion.
-
-    Pins let it turn a little there; stiff forks clamp it, as the ends of connecting rods: K = 0.5, by which the load is
-    4 times as large (Khurmi and Gupta, A Textbook of Machine Design, section 32.12).
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Judge a strut that buckles across the plane of motion."""
+    # Pins let it turn a little there; stiff forks clamp it, as the ends of connecting rods: K = 0.5, by which the
+    # load is 4 times as large (Khurmi and Gupta, A Textbook of Machine Design, section 32.12).
     mode = "buckling across"
     stiffness = _across(of)
     if stiffness is None:
         return unknown(mode, f"sections.{of.member.section} does not tell its width: state its shape")
     _, free = of.between_joints
     factor = FREE if free else CLAMPED if of.member.across == "clamped" else PINNED
-    told = "" if of.member.across or free else "K = 1 across the plane"
-    return _strut(of, mode, stiffness, factor).also_assumed(told, _shape_told(of))
+    clamped = "" if of.member.across or free else "K = 1 across the plane"
+    stated = of.section is of.scene.sections[of.member.section]
+    shape = "" if stated else f"section {of.member.section} is the rectangle of its numbers"
+    return _strut(of, mode, stiffness, factor).also_assumed(clamped, shape)
 
 
 def lateral_torsion(of: Loaded) -> Check:
-    """Judge a blade that is bent in its stiff plane and tips sideways, under a uniform moment between its joints.
-
-    ``M0 = pi/L sqrt(E Iy (G J + E Cw pi^2/L^2))`` (Timoshenko and Gere, Theory of Elastic Stability, section 6.2; of
-    solid shapes Cw is 0). Loads that vary along it leave it more; a free end doubles L.
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Judge a blade that is bent in its stiff plane and tips sideways, under a uniform moment between its joints."""
+    # ``M0 = pi/L sqrt(E Iy (G J + E Cw pi^2/L^2))`` (Timoshenko and Gere, Theory of Elastic Stability, section 6.2;
+    # of solid shapes Cw is 0). Loads that vary along it leave it more; a free end doubles L.
     mode = "lateral torsion"
     stiffness, torsion, material = _across(of), torsion_of(of.section), of.material
     if stiffness is None or torsion is None or material is None:
@@ -99,10 +81,3 @@ def _across(of: Loaded) -> Array | None:
     stock = Stock(of.scene.materials.get(of.member.material or ""), of.scene.materials, of.scene.sections)
     found = of.section.bending_across(PLACES, stock)
     return None if found is None else found * of.enlarged.across
-
-
-def _shape_told(of: Loaded) -> str:
-    """Say that the shape of a section is taken from its numbers, where it is."""
-    if of.section is of.scene.sections[of.member.section]:
-        return ""
-    return f"section {of.member.section} is the rectangle of its numbers"

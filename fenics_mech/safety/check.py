@@ -103,28 +103,12 @@ class Check:
 
 
 def unknown(mode: str, missing: str) -> Check:
-    """Give a mode that is not judged.
-
-    Parameters
-    ----------
-    mode
-        Its name.
-    missing
-        What the scene would have to say.
-    """
+    """Give a mode that is not judged."""
     return Check(mode, 0.0, 1.0, "share", 1.0, missing=missing)
 
 
 def wanted(design: Design, mode: str) -> float:
-    """Give the wanted factor of safety of a mode.
-
-    Parameters
-    ----------
-    design
-        What the scene wants.
-    mode
-        Name of the mode.
-    """
+    """Give the wanted factor of safety of a mode."""
     key = KEYS[mode]
     stated = {str(name): size for name, size in design.safety.items()}
     return float((WANTED | stated).get(key, 1.0))

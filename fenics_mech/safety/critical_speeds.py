@@ -22,36 +22,16 @@ STRONG = 0.2  # of the peak strain: two fifths of what a factor of safety of 1.5
 
 @dataclass(frozen=True)
 class CriticalSpeed:
-    """A speed at which a harmonic of the drive meets a mode.
+    """A speed at which a harmonic of the drive meets a mode."""
 
-    Parameters
-    ----------
-    speed
-        Rate of the drive's cycle (rad/s).
-    distance
-        By which share of the present speed it is above that; negative below.
-    order
-        Multiple of the drive's rate.
-    mode
-        Number of the mode, from 1.
-    modes
-        That of the mode, and of those with which it veers, ascending.
-    link
-        Link that has the largest part of the mode.
-    share
-        Strain that the harmonic makes on the mode without vibration, over the peak strain (1).
-    damping
-        Damping ratio of the mode.
-    """
-
-    speed: float
-    distance: float
-    order: float
-    mode: int
-    modes: tuple[int, ...]
-    link: str
-    share: float
-    damping: float
+    speed: float  # rate of the drive's cycle (rad/s)
+    distance: float  # by which share of the present speed it is above that; negative below
+    order: float  # multiple of the drive's rate
+    mode: int  # number of the mode, from 1
+    modes: tuple[int, ...]  # that of the mode, and of those with which it veers, ascending
+    link: str  # link that has the largest part of the mode
+    share: float  # strain that the harmonic makes on the mode without vibration, over the peak strain (1)
+    damping: float  # damping ratio of the mode
 
     @property
     def rise(self) -> float:
@@ -84,38 +64,15 @@ class CriticalSpeed:
 
 
 class Nearest(NamedTuple):
-    """The strong critical speed that is nearest to the present speed.
+    """The strong critical speed that is nearest to the present speed."""
 
-    Parameters
-    ----------
-    margin
-        Distance from it over the present speed, 0 or more.
-    words
-        Which harmonic meets which mode there.
-    link
-        Link that has the largest part of the mode.
-    """
-
-    margin: float
-    words: str
-    link: str
+    margin: float  # distance from it over the present speed, 0 or more
+    words: str  # which harmonic meets which mode there
+    link: str  # link that has the largest part of the mode
 
 
 def critical_speeds(result: Result) -> list[CriticalSpeed]:
-    """Give all critical speeds of a result, the strongest first; none where it has none.
-
-    Parameters
-    ----------
-    result
-        The result.
-
-    Examples
-    --------
-    >>> from fenics_mech.safety.critical_speeds import critical_speeds
-    >>> result = fm.Result.load("out/result.nc")
-    >>> {one.link for one in critical_speeds(result) if one.order == 9 and 1 in one.modes}
-    {'coupler', 'follower'}
-    """
+    """Give all critical speeds of a result, the strongest first; none where it has none."""
     data = result.data
     if "critical_speed" not in data:
         return []
@@ -142,17 +99,8 @@ def critical_speeds(result: Result) -> list[CriticalSpeed]:
 
 
 def speeds_to_avoid(result: Result, each: int = 2) -> list[CriticalSpeed]:
-    """Give the nearest strong critical speeds below and above the present one, the strongest first.
-
-    Of two that are nearer to each other than either is broad, the stronger one is given.
-
-    Parameters
-    ----------
-    result
-        The result.
-    each
-        How many are given on each side.
-    """
+    """Give the nearest strong critical speeds below and above the present one, the strongest first."""
+    # Of two that are nearer to each other than either is broad, the stronger one is given.
     strong: list[CriticalSpeed] = []
     for one in critical_speeds(result):
         if one.band and not any(abs(one.speed / other.speed - 1) < other.damping for other in strong):
@@ -178,39 +126,17 @@ def resonance_margin(result: Result) -> Nearest | None:
 
 
 def cause_of(result: Result, one: CriticalSpeed) -> str:
-    """Say which multiple of the drive, or of the cycle that drives have in common, meets which mode.
-
-    Parameters
-    ----------
-    result
-        The result.
-    one
-        A critical speed of it.
-    """
+    """Say which multiple of the drive, or of the cycle that drives have in common, meets which mode."""
     return f"{one.name}, {multiple_of(result, one)}"
 
 
 def multiple_of(result: Result, one: CriticalSpeed) -> str:
-    """Say at which multiple of the drive, or of the cycle that drives have in common, a mode is met.
-
-    Parameters
-    ----------
-    result
-        The result.
-    one
-        A critical speed of it.
-    """
+    """Say at which multiple of the drive, or of the cycle that drives have in common, a mode is met."""
     return f"at {one.order:g} times the {'drive' if len(result.scene.drives) == 1 else 'cycle'}"
 
 
 def multiplier_distances(result: Result) -> dict[int, float]:
-    """Give the distance ``|1 - mu|`` from resonance of the present motion, by mode, of those that are known.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the distance ``|1 - mu|`` from resonance of the present motion, by mode, of those that are known."""
     data, found = result.data, dict[int, float]()
     if "multiplier_mode" not in data:
         return found
@@ -221,15 +147,8 @@ def multiplier_distances(result: Result) -> dict[int, float]:
 
 
 def turns(result: Result, *rates: float) -> str:
-    """Write rates of the drive's cycle in turns a minute, or in cycles where they are no turns of one drive.
-
-    Parameters
-    ----------
-    result
-        The result.
-    rates
-        Rates (rad/s): one, or the ends of a range.
-    """
+    """Write rates of the drive's cycle in turns a minute, or in cycles where they are no turns of one drive."""
+    # rates: rates (rad/s): one, or the ends of a range
     drives, data = result.scene.drives, result.data
     turning = len(drives) == 1 and drives[0].speed is not None and data["input_torque"].attrs.get("units") != "N"
     numbers = [rate * 30 / math.pi for rate in rates]

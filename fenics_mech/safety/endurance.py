@@ -19,8 +19,8 @@ from fenics_mech.safety.check import Check, unknown, wanted
 from fenics_mech.safety.grades import grade_of, ultimate_of
 from fenics_mech.safety.loaded import Loaded
 from fenics_mech.scene import Material, RoundSection, TubeSection
+from fenics_mech.scene.bodies import StressLife
 from fenics_mech.scene.load_cases import CYCLES
-from fenics_mech.scene.stress_life import StressLife
 
 MODE = "fatigue"
 AXIAL = 0.85  # load factor kc of axial stress (Shigley's Mechanical Engineering Design, 9th ed., eq. (6-26))
@@ -35,13 +35,7 @@ HALVINGS = 60  # of the interval in which it lies, in its logarithm
 
 
 def fatiguing(of: Loaded) -> Check:
-    """Judge the stresses of a cycle at every place and material.
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Judge the stresses of a cycle at every place and material."""
     if len(of.theta) < 2:
         return unknown(MODE, "a single position has no cycle of stress")
     found = []
@@ -57,15 +51,8 @@ def fatiguing(of: Loaded) -> Check:
 
 
 def fatiguing_together(loads: Sequence[Loaded]) -> Check | None:
-    """Judge a member by the damage of all load cases, where these tell how many cycles each has; None where not.
-
-    By an endurance limit, which knows no number of cycles, the worst case that runs at all decides.
-
-    Parameters
-    ----------
-    loads
-        The member under its loads in every case.
-    """
+    """Judge a member by the damage of all load cases, where these tell how many cycles each has; None where not."""
+    # By an endurance limit, which knows no number of cycles, the worst case that runs at all decides.
     running = [of for of in loads if of.cycles]
     if not running or any(of.cycles is None for of in loads):
         return None
@@ -81,15 +68,8 @@ def fatiguing_together(loads: Sequence[Loaded]) -> Check | None:
 
 
 def endurance(material: Material, ultimate: float) -> float | None:
-    """Give ka Se', the endurance limit (Pa) in bending of a small part with the material's surface; None if not known.
-
-    Parameters
-    ----------
-    material
-        The material.
-    ultimate
-        Its tensile strength (Pa).
-    """
+    """Give ka Se', the endurance limit in bending of a small part with the material's surface (Pa), if known."""
+    # ultimate: its tensile strength (Pa)
     if (grade := grade_of(material)) is None:
         return None
     a, b = SURFACES[material.surface or "machined"]
@@ -98,13 +78,8 @@ def endurance(material: Material, ultimate: float) -> float | None:
 
 
 def size_factor(diameter: float) -> float:
-    """Give kb in bending (Shigley's, 9th ed., eq. (6-20)), at most 1.
-
-    Parameters
-    ----------
-    diameter
-        Equivalent diameter (m).
-    """
+    """Give kb in bending (Shigley's, 9th ed., eq. (6-20)), at most 1."""
+    # diameter: equivalent diameter (m)
     d = min(max(diameter * 1e3, 2.79), 254.0)
     return min(1.24 * d**-0.107 if d <= 51 else 1.51 * d**-0.157, 1.0)
 
@@ -118,14 +93,11 @@ def _equivalent_diameter(of: Loaded) -> float:
 
 
 def _by_limit(of: Loaded, face: Face, material: Material) -> Check:
-    """Judge by Goodman's line, ``1/n = Kf (sigma_a/Se + sigma_m/Su)`` (Shigley's, 9th ed., eq. (6-46)).
-
-    Bending and axial stresses have factors of their own: ``sigma_a/Se = (sigma_b/kb + sigma_ax/kc)/(ka Se')`` (section
-    6-14). Kf raises the mean too (section 6-10). A mean compression does not help.
-
-    The cycle from the least to the largest stress decides: no other that rainflow counts lies outside of it, and what
-    its amplitude is less counts by 1/Se, what its mean is more by 1/Su, which is less.
-    """
+    """Judge by Goodman's line, ``1/n = Kf (sigma_a/Se + sigma_m/Su)`` (Shigley's, 9th ed., eq. (6-46))."""
+    # Bending and axial stresses have factors of their own: ``sigma_a/Se = (sigma_b/kb + sigma_ax/kc)/(ka Se')``
+    # (section 6-14). Kf raises the mean too (section 6-10). A mean compression does not help.
+    # The cycle from the least to the largest stress decides: no other that rainflow counts lies outside of it, and
+    # what its amplitude is less counts by 1/Se, what its mean is more by 1/Su, which is less.
     known = ultimate_of(face.material, material)
     limit = endurance(material, known[0]) if known else None
     if known is None or limit is None:
@@ -146,10 +118,8 @@ def _by_limit(of: Loaded, face: Face, material: Material) -> Check:
 
 
 def _by_curve(parts: Sequence[tuple[Loaded, Face, float]], curve: StressLife) -> Check:
-    """Judge by the factor on all stresses at which Miner's sum of the wanted cycles is 1, counted by rainflow.
-
-    `parts` are the member in every load case, its face and the cycles of the machine in that case.
-    """
+    """Judge by the factor on all stresses at which Miner's sum of the wanted cycles is 1, counted by rainflow."""
+    # `parts` are the member in every load case, its face and the cycles of the machine in that case.
     first, all_waves, counted = parts[0][0], [], []
     for of, face, cycles in parts:
         bent, drawn, notches = _at_places(of, face, first.stations)
@@ -187,10 +157,8 @@ def _factor(ranges: Array, mean: Array, count: Array, curve: StressLife) -> floa
 
 
 def _at_places(of: Loaded, face: Face, stations: Array | None = None) -> tuple[Array, Array, Array]:
-    """Stress by bending and by the axial force, ``(angles, places)``, at stations and notches; notch factors there.
-
-    The stations are its own, or those of another load case.
-    """
+    """Stress by bending and by the axial force, ``(angles, places)``, at stations and notches; notch factors there."""
+    # The stations are its own, or those of another load case.
     axial, bending = of.axial_and_bending
     drawn, bent = (face.stress(*np.moveaxis(values, -1, 0)) for values in (axial, bending))
     stations = of.stations if stations is None else stations

@@ -9,25 +9,15 @@ from fenics_mech.scene import Material
 
 @dataclass(frozen=True)
 class Grade:
-    """A family of materials, known by its numbers.
+    """A family of materials, known by its numbers."""
 
-    Parameters
-    ----------
-    name
-        Its name, and that of the grade.
-    modulus, density
-        Their least and largest (Pa, kg/m^3).
-    yielding, ultimate
-        Strengths of the lowest common grade (Pa).
-    endurance, highest
-        Endurance limit of a polished specimen in rotating bending over the tensile strength, and its ceiling (Pa).
-    """
-
-    name: str
-    modulus: tuple[float, float]
+    name: str  # its name, and that of the grade
+    modulus: tuple[float, float]  # modulus, density: their least and largest (Pa, kg/m^3)
     density: tuple[float, float]
-    yielding: float
+    yielding: float  # yielding, ultimate: strengths of the lowest common grade (Pa)
     ultimate: float
+    # endurance, highest: endurance limit of a polished specimen in rotating bending over the tensile strength, and
+    # its ceiling (Pa)
     endurance: float
     highest: float
 
@@ -39,13 +29,7 @@ ALUMINIUM = Grade("aluminium 6060-T6", (62e9, 80e9), (2550.0, 2900.0), 140e6, 17
 
 
 def grade_of(material: Material) -> Grade | None:
-    """Give the family that a material belongs to by its modulus and density; None where none is known.
-
-    Parameters
-    ----------
-    material
-        The material.
-    """
+    """Give the family that a material belongs to by its modulus and density; None where none is known."""
     for grade in (STEEL, ALUMINIUM):
         stiff = grade.modulus[0] <= material.modulus <= grade.modulus[1]
         if stiff and grade.density[0] <= material.density <= grade.density[1]:
@@ -54,15 +38,8 @@ def grade_of(material: Material) -> Grade | None:
 
 
 def yield_of(name: str, material: Material) -> tuple[float, str] | None:
-    """Give the yield strength (Pa), and on which assumption it rests, if on any; None where nothing tells it.
-
-    An allowed stress is not above the yield strength, and stands for it where that is not stated.
-
-    Parameters
-    ----------
-    name, material
-        The material and its name.
-    """
+    """Give the yield strength (Pa), and on which assumption it rests, if on any; None where nothing tells it."""
+    # An allowed stress is not above the yield strength, and stands for it where that is not stated.
     stated = material.yield_ or material.strength
     if stated is not None:
         return stated, ""
@@ -72,13 +49,7 @@ def yield_of(name: str, material: Material) -> tuple[float, str] | None:
 
 
 def ultimate_of(name: str, material: Material) -> tuple[float, str] | None:
-    """Give the tensile strength (Pa), and on which assumption it rests, if on any; None where nothing tells it.
-
-    Parameters
-    ----------
-    name, material
-        The material and its name.
-    """
+    """Give the tensile strength (Pa), and on which assumption it rests, if on any; None where nothing tells it."""
     stated = material.ultimate or (material.fatigue and material.fatigue.ultimate)
     if stated:
         return stated, ""

@@ -31,21 +31,7 @@ LEAST = ("case_safety",)  # whose least governs
 
 
 def of_cases(stated: Scene, results: Mapping[str, Result]) -> Result:
-    """Give the results of a scene's load cases as one.
-
-    Parameters
-    ----------
-    stated
-        The scene with its cases.
-    results
-        The result of each case, by name.
-
-    Returns
-    -------
-    Result
-        With the data of the governing case: that of the least factor of safety over the wanted one, else of the largest
-        stress, or of rigid links of the largest joint force. `case_stress` and so on tell the largest of each.
-    """
+    """Give the results of a scene's load cases as one."""
     told = {
         name: Result(one.data.assign_attrs(case=name)) if one.case != name else one for name, one in results.items()
     }
@@ -99,13 +85,7 @@ def envelope(result: Result) -> xr.Dataset:
 
 
 def most_stressed(result: Result) -> str:
-    """Name the load case with the largest stress, or of rigid links with the largest joint force.
-
-    Parameters
-    ----------
-    result
-        A result of several cases.
-    """
+    """Name the load case with the largest stress, or of rigid links with the largest joint force."""
     name = "case_stress" if "case_stress" in result.data else "case_joint_force"
     most = result.data[name].fillna(-np.inf).max([dim for dim in result.data[name].dims if dim != "case"])
     return str(most["case"].to_numpy()[int(most.to_numpy().argmax())])

@@ -20,25 +20,13 @@ from fenics_mech.scene import Material, Member, Scene, Section
 
 @dataclass(frozen=True)
 class Loaded:
-    """A member under its loads.
+    """A member under its loads."""
 
-    Parameters
-    ----------
-    label, member
-        Its label and what the scene says of it.
-    result
-        The result.
-    enlarged
-        A change of its section, under the same loads.
-    cycles
-        Cycles of the machine under these loads in its life, where its load cases tell them.
-    """
-
-    label: str
+    label: str  # label, member: its label and what the scene says of it
     member: Member
     result: Result
-    enlarged: Enlarged = field(default_factory=Enlarged)
-    cycles: float | None = None
+    enlarged: Enlarged = field(default_factory=Enlarged)  # A change of its section, under the same loads
+    cycles: float | None = None  # cycles of the machine under these loads in its life, where its load cases tell them
 
     @property
     def scene(self) -> Scene:
@@ -127,17 +115,8 @@ class Loaded:
         return last_cycle(self.scene.analysis, self.scene.drives, self.result.data)
 
     def largest(self, values: Array, name: str, signs: tuple[int, ...] = (1, -1)) -> tuple[float, float]:
-        """Give the largest value over the positions, and between those of a cycle, and its drive angle (rad).
-
-        Parameters
-        ----------
-        values
-            Values at the positions, ``(angles, places)``.
-        name
-            The variable that they are of.
-        signs
-            1 for the highest value, -1 for the lowest with its sign changed, both for the largest size.
-        """
+        """Give the largest value over the positions, and between those of a cycle, and its drive angle (rad)."""
+        # values: values at the positions, ``(angles, places)``
         found = [(float((sign * values).max()), self._angle(sign * values)) for sign in signs]
         if self.part is not None:
             curves = curves_over_cycle(self.scene, values[self.part], name)
@@ -152,13 +131,5 @@ class Loaded:
         return float(self.theta[int(values.max(axis=1).argmax())])
 
     def resized(self, key: str, factor: float) -> Loaded:
-        """Give it with another section under the same loads.
-
-        Parameters
-        ----------
-        key
-            Dimension that is changed; "" for all of them.
-        factor
-            New over old dimension.
-        """
+        """Give it with another section under the same loads."""
         return replace(self, enlarged=enlarged(self.section, key, factor))

@@ -34,13 +34,7 @@ DIMENSIONS = {  # of a pin: what is to be enlarged where that is weakest
 
 
 def pins(of: Loaded) -> Check:
-    """Judge the pins at the ends of a member, with its own eyes, by the largest force at each joint.
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Judge the pins at the ends of a member, with its own eyes, by the largest force at each joint."""
     found = [pinned(of, name, joint.pin) for name, joint in joints_of(of)]
     known = [check for check in found if check.known]
     if not found:
@@ -49,13 +43,7 @@ def pins(of: Loaded) -> Check:
 
 
 def joints_of(of: Loaded) -> Iterator[tuple[str, Revolute]]:
-    """Give the pins at the ends of a member, with their names.
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Give the pins at the ends of a member, with their names."""
     link = of.scene.members()[of.label][0]
     ends = {f"{link}.{end}" for end in of.member.ends}
     for name, joint in of.scene.joints.items():
@@ -64,17 +52,7 @@ def joints_of(of: Loaded) -> Iterator[tuple[str, Revolute]]:
 
 
 def pinned(of: Loaded, name: str, pin: Pin | None) -> Check:
-    """Judge one pin and the member's eye.
-
-    Parameters
-    ----------
-    of
-        The member.
-    name
-        The joint.
-    pin
-        Its pin; None where the scene states none, and one is assumed.
-    """
+    """Judge one pin and the member's eye."""
     given = pin or _usual(of)
     material, label = of.material, of.faces[0].material if of.faces else ""
     if given is None:
@@ -83,17 +61,13 @@ def pinned(of: Loaded, name: str, pin: Pin | None) -> Check:
         return unknown(MODE, f"state materials.{label}.yield")
     forces = _forces(of, name)
     force, theta = of.largest(np.linalg.norm(forces, axis=-1)[:, None], "joint_force", signs=(1,))
-    least, weakest, rests = math.inf, "", known[1]
-    for where, borne in static_loads(given, known[0]).items():
-        if borne < least:
-            least, weakest = borne, where
-    by_fatigue = _fatigue_load(given, label, material) if len(of.theta) > 1 else None
-    if by_fatigue is not None and by_fatigue[0] < least:
-        least, weakest, rests = by_fatigue[0], "eye in fatigue", by_fatigue[1]
+    borne = {where: (load, known[1]) for where, load in static_loads(given, known[0]).items()}
+    if len(of.theta) > 1 and (by_fatigue := _fatigue_load(given, label, material)) is not None:
+        borne["eye in fatigue"] = by_fatigue
     if given.bush_pv is not None and (most := _pressure_times_speed(of, name, given, forces)) > 0:
-        borne = force * given.bush_pv / most  # the largest force, if all grow alike, at which it bears its speed
-        if borne < least:
-            least, weakest, rests = borne, "bush by its speed", ""
+        borne["bush by its speed"] = force * given.bush_pv / most, ""  # the largest force, if all grow alike
+    weakest = min(borne, key=lambda where: borne[where][0])
+    least, rests = borne[weakest]
     on = tuple(filter(None, (rests, "" if pin else ASSUMED)))
     wanted_factor = wanted(of.scene.design, MODE)
     check = Check(MODE, force, least, "force", wanted_factor, theta, f"{weakest}, {name}", on)
@@ -102,15 +76,8 @@ def pinned(of: Loaded, name: str, pin: Pin | None) -> Check:
 
 
 def static_loads(pin: Pin, strength: float) -> dict[str, float]:
-    """Give the forces (N) that a pin and an eye of one material bear, by what fails.
-
-    Parameters
-    ----------
-    pin
-        The pin and its eye.
-    strength
-        Yield strength (Pa).
-    """
+    """Give the forces (N) that a pin and an eye of one material bear, by what fails."""
+    # strength: yield strength (Pa)
     d, w, t = pin.diameter, pin.eye, pin.thickness
     edge = (w - d) / 2  # from the hole to the end of a round eye
     # shear planes: a + d/2 (1 - cos phi), less what the round end cuts off (ASME BTH-1, eq. (3-51), commentary C-3)
@@ -126,16 +93,9 @@ def static_loads(pin: Pin, strength: float) -> dict[str, float]:
 
 
 def eye_concentration(ratio: float) -> float:
-    """Give Kt of a plate that a close pin draws, on the net section.
-
-    Pilkey, Formulas for Stress, Strain and Structural Matrices, table 6-1: a fit to Frocht and Hill, for
-    ``0.15 <= d/w <= 0.75``.
-
-    Parameters
-    ----------
-    ratio
-        Diameter of the hole over the width.
-    """
+    """Give Kt of a plate that a close pin draws, on the net section."""
+    # Pilkey, Formulas for Stress, Strain and Structural Matrices, table 6-1: a fit to Frocht and Hill, for ``0.15 <=
+    # d/w <= 0.75``.
     x = min(max(ratio, NARROW), BROAD)
     return 12.882 - 52.714 * x + 89.762 * x**2 - 51.667 * x**3
 
@@ -161,11 +121,9 @@ def _usual(of: Loaded) -> Pin | None:
 
 
 def _pressure_times_speed(of: Loaded, name: str, pin: Pin, forces: Array) -> float:
-    """Give the mean p v of a bush (Pa m/s): p = F/(d t), and v = d/2 times the rate at which its bodies turn.
-
-    It is the mean over the cycle, as it stands for the heat of friction (Shigley's Mechanical Engineering Design, 9th
-    ed., section 12-15). Of several bodies that of the fastest counts.
-    """
+    """Give the mean p v of a bush (Pa m/s): p = F/(d t), and v = d/2 times the rate at which its bodies turn."""
+    # It is the mean over the cycle, as it stands for the heat of friction (Shigley's Mechanical Engineering Design,
+    # 9th ed., section 12-15). Of several bodies that of the fastest counts.
     data = of.result.data
     if "link_omega" not in data:  # nothing moves
         return 0.0

@@ -10,17 +10,8 @@ MODE = "resonance"
 
 
 def resonating(result: Result, link: str) -> Check:
-    """Judge the distance of the speed from the nearest critical speed, at the link that vibrates most there.
-
-    An answer with vibration has that in its stresses, which other modes judge: then the distance is no factor.
-
-    Parameters
-    ----------
-    result
-        The result.
-    link
-        The link that is judged.
-    """
+    """Judge the distance of the speed from the nearest critical speed, at the link that vibrates most there."""
+    # An answer with vibration has that in its stresses, which other modes judge: then the distance is no factor.
     if result.scene.analysis.method == "static":
         return unknown(MODE, "nothing moves in a static answer")
     if result.scene.analysis.method != "quasi-static":

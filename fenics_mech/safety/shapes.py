@@ -24,13 +24,7 @@ class Enlarged:
 
 
 def shape_of(section: Any) -> Any:
-    """Give the rectangle whose numbers a section states; every other section as it is.
-
-    Parameters
-    ----------
-    section
-        The section.
-    """
+    """Give the rectangle whose numbers a section states; every other section as it is."""
     if not isinstance(section, CustomSection):
         return section
     height = 2 * section.fibre
@@ -40,13 +34,7 @@ def shape_of(section: Any) -> Any:
 
 
 def torsion_of(section: Any) -> float | None:
-    """Give the torsion constant J of a shape (m^4); None where no formula is known.
-
-    Parameters
-    ----------
-    section
-        The section.
-    """
+    """Give the torsion constant J of a shape (m^4); None where no formula is known."""
     if isinstance(section, RectangleSection):
         long, thin = max(section.width, section.height), min(section.width, section.height)
         # Roark's Formulas for Stress and Strain, 7th ed., table 10.1, case 4 (whole sides here); 4e-3 off at most
@@ -59,30 +47,13 @@ def torsion_of(section: Any) -> float | None:
 
 
 def warping_of(section: Any) -> float:
-    """Give the warping constant of a shape over its inertia across the plane (m^2): h0^2/4 of an I; 0 of solid ones.
-
-    h0 is the distance between the middles of the flanges (Timoshenko and Gere, section 5.3).
-
-    Parameters
-    ----------
-    section
-        The section.
-    """
+    """Give the warping constant of a shape over its inertia across the plane (m^2): h0^2/4 of an I; 0 of solid ones."""
+    # h0 is the distance between the middles of the flanges (Timoshenko and Gere, section 5.3).
     return (section.height - section.flange) ** 2 / 4 if isinstance(section, ISection) else 0.0
 
 
 def enlarged(section: Any, key: str, factor: float) -> Enlarged:
-    """Give by how much a section grows with one of its dimensions, or with all of them.
-
-    Parameters
-    ----------
-    section
-        The section.
-    key
-        Name of the dimension; "" for all, as those of any shape.
-    factor
-        New over old dimension.
-    """
+    """Give by how much a section grows with one of its dimensions, or with all of them."""
     if not key:
         return Enlarged(factor**2, factor**4, factor, factor**4, factor**4, factor**2)
     other = section.model_copy(update={key: getattr(section, key) * factor})
@@ -98,15 +69,7 @@ def enlarged(section: Any, key: str, factor: float) -> Enlarged:
 
 
 def dimension(section: Any, across: bool) -> str:
-    """Name the dimension of a section that is to be changed; "" for all.
-
-    Parameters
-    ----------
-    section
-        The section.
-    across
-        Whether what is lacking is stiffness across the plane of motion.
-    """
+    """Name the dimension of a section that is to be changed; "" for all."""
     if isinstance(section, RoundSection | TubeSection):
         return "diameter"
     if isinstance(section, RectangleSection | ISection):

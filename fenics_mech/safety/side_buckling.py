@@ -19,29 +19,16 @@ IN_LINE = 1e-6  # sine of the angle up to which two members are one
 
 @dataclass(frozen=True)
 class Sideways:
-    """A member that its axial force presses, and at which force it buckles across the plane of motion.
+    """A member that its axial force presses, and at which force it buckles across the plane of motion."""
 
-    Parameters
-    ----------
-    member
-        Its label.
-    force
-        The largest axial compression (N).
-    theta
-        The drive angle of that (rad).
-    pinned, clamped
-        Axial force at which it buckles with ends that turn across the plane, and with ends that do not (N); the same
-        where the scene says how they are held.
-    free
-        Whether an end is free: then both forces are those of a member that is clamped at the other.
-    """
-
-    member: str
-    force: float
-    theta: float
+    member: str  # its label
+    force: float  # the largest axial compression (N)
+    theta: float  # the drive angle of that (rad)
+    # pinned, clamped: axial force at which it buckles with ends that turn across the plane, and with ends that do not
+    # (N); the same where the scene says how they are held
     pinned: float
     clamped: float
-    free: bool
+    free: bool  # whether an end is free: then both forces are those of a member that is clamped at the other
 
     @property
     def buckles(self) -> bool:
@@ -62,19 +49,11 @@ def buckled_sideways(scene: Scene, data: xr.Dataset) -> list[Sideways]:
 
 
 def pressed_sideways(scene: Scene, data: xr.Dataset) -> Iterator[Sideways]:
-    """Give the largest compression of each member that is pressed, beside the Euler load across the plane.
-
-    That load is ``pi^2 EI/L^2`` with pinned ends and 4 times that with clamped ones. L is the length between joints: of
-    members in line with none between them it is that of all. Sections that say no inertia across are not judged, unless
-    their numbers are those of a rectangle.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    data
-        The result, with the axial force (N) over theta, member and s.
-    """
+    """Give the largest compression of each member that is pressed, beside the Euler load across the plane."""
+    # That load is ``pi^2 EI/L^2`` with pinned ends and 4 times that with clamped ones. L is the length between
+    # joints: of members in line with none between them it is that of all. Sections that say no inertia across are not
+    # judged, unless their numbers are those of a rectangle.
+    # data: the result, with the axial force (N) over theta, member and s
     for label, (link, member) in scene.members().items():
         stock = Stock(scene.materials.get(member.material or ""), scene.materials, scene.sections)
         stiffness = shape_of(scene.sections[member.section]).bending_across(PLACES, stock)
@@ -93,19 +72,8 @@ def pressed_sideways(scene: Scene, data: xr.Dataset) -> Iterator[Sideways]:
 
 
 def between_joints(scene: Scene, data: xr.Dataset, link: str, ends: tuple[str, str]) -> tuple[float, bool]:
-    """Give the length (m) between the joints, corners or ends beside a member, and whether one of them is free.
-
-    What slides in a link that turns with it, as a piston rod in its barrel, is as long as up to the pins of that.
-
-    Parameters
-    ----------
-    scene, data
-        The scene and its result.
-    link
-        The link of the member.
-    ends
-        The points at its ends.
-    """
+    """Give the length (m) between the joints, corners or ends beside a member, and whether one of them is free."""
+    # What slides in a link that turns with it, as a piston rod in its barrel, is as long as up to the pins of that.
     body = scene.links[link]
     held = {point for joint in scene.joints.values() for point in joint.connect}
     here = {point for point in body.points if f"{link}.{point}" in held}

@@ -13,17 +13,10 @@ ASSUMED = "deflections up to L/200"
 
 
 def yielding(of: Loaded) -> Check:
-    """Judge the largest stress of every material against its yield strength.
-
-    ``n = Sy/max |N/A + M y/I|`` over places, positions and between them (Shigley's, 9th ed., eq. (5-1) for one normal
-    stress). An allowed stress, `strength`, has its factor in it: it is to be reached once, unless `[design] safety`
-    states more. The least of both counts.
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Judge the largest stress of every material against its yield strength."""
+    # ``n = Sy/max |N/A + M y/I|`` over places, positions and between them (Shigley's, 9th ed., eq. (5-1) for one
+    # normal stress). An allowed stress, `strength`, has its factor in it: it is to be reached once, unless `[design]
+    # safety` states more. The least of both counts.
     found: list[Check] = []
     axial, bending = of.axial_and_bending
     for face in of.faces:
@@ -43,15 +36,8 @@ def yielding(of: Loaded) -> Check:
 
 
 def deflecting(of: Loaded) -> Check:
-    """Judge the largest elastic displacement from the rigid linkage against the limit of `[design] deflection`.
-
-    ``n = u_allowed/max |u|``. Where no limit is stated it is 1/200 of the length, which does not decide.
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Judge the largest elastic displacement from the rigid linkage against the limit of `[design] deflection`."""
+    # ``n = u_allowed/max |u|``. Where no limit is stated it is 1/200 of the length, which does not decide.
     acting, theta = of.largest(of.deflection, "deflection", signs=(1,))
     allowed = of.scene.design.allowed_deflection(of.length)
     on = (ASSUMED,) if of.scene.design.deflection is None else ()

@@ -126,13 +126,7 @@ class Verdict:
 
 
 def without_cure(result: Result) -> Verdict:
-    """Judge every member of a result by all modes, and look for no cure.
-
-    Parameters
-    ----------
-    result
-        The result, of links that bend.
-    """
+    """Judge every member of a result by all modes, and look for no cure."""
     found = _of_cases(result) if result.cases else _of_one(result)
     verdict = Verdict(found, None)
     shares = {label: least.share if (least := verdict.least(label)) else math.inf for label in found}
@@ -179,10 +173,9 @@ def _of_one(result: Result) -> dict[str, tuple[Check, ...]]:
 
 
 def _of_cases(every: Result) -> dict[str, tuple[Check, ...]]:
-    """Give the least of all load cases for every member and mode; fatigue counts all of them where they tell cycles.
-
-    Of a mode that rests on an assumption in one case alone both are kept: what decides, and before it what does not.
-    """
+    """Give the least of all load cases for every member and mode; fatigue counts all of them where they tell cycles."""
+    # Of a mode that rests on an assumption in one case alone both are kept: what decides, and before it what does
+    # not.
     each = [without_cure(result) for result in every.cases.values()]
     found: dict[str, tuple[Check, ...]] = {}
     for label in each[0].checks:
@@ -205,17 +198,8 @@ def _loads(label: str, result: Result) -> list[Loaded]:
 
 
 def cure_of(loads: Sequence[Loaded], check: Check) -> Cure | None:
-    """Find the dimension with which a member reaches the wanted factor of a mode, under the same loads.
-
-    The mode itself is judged with changed dimensions, so that its own law of scaling is followed.
-
-    Parameters
-    ----------
-    loads
-        The member, under its loads in every load case.
-    check
-        The mode that fails.
-    """
+    """Find the dimension with which a member reaches the wanted factor of a mode, under the same loads."""
+    # The mode itself is judged with changed dimensions, so that its own law of scaling is followed.
     of = next(one for one in loads if one.result.case == check.case)
     if check.mode == "pin and eye":
         return _of_pin(loads, check)

@@ -1,6 +1,6 @@
 """What the user states: links, members, sections, materials, joints, drive, analysis."""
 
-from fenics_mech.scene.analysis_options import Analysis
+from fenics_mech.scene.analysis_options import Analysis, PoincareSection
 from fenics_mech.scene.applied_loads import (
     FactorExpression,
     FactorHarmonics,
@@ -10,7 +10,7 @@ from fenics_mech.scene.applied_loads import (
     Load,
     Pulse,
 )
-from fenics_mech.scene.bodies import Ground, Link, Material, Member, Mesh, PointMass, RigidBody
+from fenics_mech.scene.bodies import Ground, Link, Material, Member, Mesh, PointMass, RigidBody, StressLife
 from fenics_mech.scene.damping_options import AirDrag, Damping
 from fenics_mech.scene.design import Design, Notch, Pin
 from fenics_mech.scene.drives import Drive, Expression, Harmonics, Motor, Table
@@ -47,13 +47,13 @@ from fenics_mech.scene.joint_laws import (
     Stop,
 )
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
-from fenics_mech.scene.load_cases import LoadCase, in_case
+from fenics_mech.scene.load_case import LoadCase
+from fenics_mech.scene.load_cases import in_case
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.observations import Measurement, TracedPoint
 from fenics_mech.scene.paired_joints import Cam, GearPair
 from fenics_mech.scene.plugged import add_kinds
-from fenics_mech.scene.poincare import PoincareSection
 from fenics_mech.scene.rest_to_rest import RestToRest
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
 from fenics_mech.scene.sections import (
@@ -72,7 +72,6 @@ from fenics_mech.scene.sections import (
 )
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
 from fenics_mech.scene.state_factors import FactorFormula, FactorTimes
-from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.study import Limit, Scatter, Study, Target, Tied, Variable
 from fenics_mech.scene.synthesis_tasks import FunctionTask, MotionTask, PathTask, Pose, load_task
 from fenics_mech.scene.tolerance import stated as stated_tolerance

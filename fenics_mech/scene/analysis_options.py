@@ -8,13 +8,43 @@ from pydantic import Field, field_validator, model_validator
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import SCENE, Part
-from fenics_mech.scene.poincare import PoincareSection
-from fenics_mech.scene.units import Angle, Share, Time
+from fenics_mech.scene.units import Angle, AngleOrLength, Share, Time
 from fenics_mech.scene.updating import without_neutral
 
 STATED_STARTS = "rigid", "static", "smooth", "periodic"  # any other `start` names the file of a result
 MOST_POSITIONS = 100_000  # of a motion in time at which a result is held
 LARGEST_TOLERANCE = 0.02  # of steps in time: beyond it they are as long as they may be
+
+
+class PoincareSection(Part):
+    """When the state of a motion with freedoms is kept for its Poincaré section.
+
+    Parameters
+    ----------
+    every
+        Once in each of these times (s), such as the period of a force. Without it and `joint`, once in each cycle of
+        the drives.
+    joint
+        Or as often as the freedom at this joint passes a place.
+    at
+        That place: its angle (rad), at any whole turn, or its stroke (m).
+    direction
+        Whether it passes towards larger values, "+", or smaller ones, "-".
+
+    Examples
+    --------
+    >>> fm.PoincareSection(every="2 s").joint is None
+    True
+    """
+
+    every: Annotated[Time, Field(gt=0)] | None = None
+    joint: str | None = None
+    at: AngleOrLength = 0.0
+    direction: Literal["+", "-"] = "+"
+
+    def _check_keys(self) -> None:
+        if self.every is not None and self.joint is not None:
+            raise ValueError("the section is taken `every` so often, or where a `joint` passes a place: give one")
 
 
 class Analysis(Part):
@@ -44,6 +74,9 @@ class Analysis(Part):
         "contacts" also estimates the error of time steps where contacts open, from a motion with half their tolerance.
     critical_speeds
         Find the critical speeds of a machine that its drives lead: which harmonic of the drive meets which mode.
+    out_of_plane
+        Let the links also bend across the plane and twist: the result has frequencies and multipliers of these motions,
+        and a machine that buckles across its plane is refused. Sections are stated by their shapes then.
     allow_unstable
         Accept a periodic motion or an equilibrium of freedoms that is unstable: small disturbances grow.
     start
@@ -110,6 +143,7 @@ class Analysis(Part):
     stability: bool = True
     error_estimates: bool | Literal["contacts"] = True
     critical_speeds: bool = True
+    out_of_plane: bool = False
     allow_unstable: bool = False
     start: str = "rigid"
     start_time: Annotated[Time, Field(ge=0)] | None = None
@@ -148,13 +182,7 @@ class Analysis(Part):
 
 
 def refuse_rough(analysis: Analysis) -> None:
-    """Raise `SceneError` where a tolerance does not govern the steps in time.
-
-    Parameters
-    ----------
-    analysis
-        What the scene asks for.
-    """
+    """Raise `SceneError` where a tolerance does not govern the steps in time."""
     if analysis.time_tolerance > LARGEST_TOLERANCE:
         raise SceneError(
             f"{analysis.time_tolerance:g} is more than {LARGEST_TOLERANCE:g}, up to which it governs the steps in time",

@@ -8,24 +8,28 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import Discriminator, Field, Tag, field_validator
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
-from fenics_mech.scene.base import Part
-from fenics_mech.scene.drives import LAW, Harmonics, check_finite
+from fenics_mech.scene.base import Part, check_paired
+from fenics_mech.scene.drives import MOST_HARMONICS, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
-from fenics_mech.scene.pulses import Pulse, in_rad
 from fenics_mech.scene.sampling import SAMPLING, SampledFunction, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.state_factors import FactorFormula, FactorTimes, StateFactor
-from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Time, Torque
+from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, OfTurning, Time, Torque
 
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 # "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
 Place = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*)?))?$")]
+
+
+def in_rad(*angles: float) -> str:
+    """Recall the unit of numbers, where some angle other than 0 is one."""
+    return "; without a unit they are rad" * any(a and not isinstance(a, OfTurning) for a in angles)
 
 
 class FactorHarmonics(Harmonics):
@@ -45,8 +49,8 @@ class FactorHarmonics(Harmonics):
     """
 
     mean: float = 0.0
-    cosine: Annotated[tuple[float, ...], Field(max_length=LAW.most_harmonics)] = ()
-    sine: Annotated[tuple[float, ...], Field(max_length=LAW.most_harmonics)] = ()
+    cosine: Annotated[tuple[float, ...], Field(max_length=MOST_HARMONICS)] = ()
+    sine: Annotated[tuple[float, ...], Field(max_length=MOST_HARMONICS)] = ()
     jumps: ClassVar[tuple[float, ...]] = ()  # drive angles (rad) at which the value jumps
     corners: ClassVar[tuple[float, ...]] = ()  # drive angles (rad) between which the value is a polynomial
 
@@ -83,12 +87,8 @@ class FactorTable(Part):
     angles: Annotated[tuple[Angle, ...], Field(min_length=2, max_length=100_000)]
     values: Annotated[tuple[float, ...], Field(min_length=2, max_length=100_000)]
 
-    @model_validator(mode="after")
-    def _is_one_cycle(self) -> Self:
-        if len(self.angles) != len(self.values):
-            raise ValueError(
-                f"{len(self.angles)} angles and {len(self.values)} values: a table needs the same number of both"
-            )
+    def _check_keys(self) -> None:
+        check_paired(angles=self.angles, values=self.values)
         if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > TURN * (1 + 1e-12):
             found = f"found {np.degrees(self.angles[0]):.6g} to {np.degrees(self.angles[-1]):.6g} deg"
             turns = (self.angles[-1] - self.angles[0]) / TURN
@@ -98,7 +98,6 @@ class FactorTable(Part):
                 f"the angles must increase, over at most one cycle, {found}{in_rad(*self.angles)}"
                 + (f". For a cycle of {n} turns, {_SLOWER.format(n=n)}" if several else "")
             )
-        return self
 
     @property
     def jumps(self) -> tuple[float, ...]:
@@ -156,6 +155,62 @@ def _evaluated(formula: str, theta: Array) -> Array:
     return Formula(formula, ("theta",)).jet(Jet.variable(theta)).value
 
 
+class Pulse(Part):
+    """Acts in a part of the cycle: 1 from one angle to another in the sense of theta, 0 in the rest.
+
+    Parameters
+    ----------
+    start, end
+        Angles (rad) at which the factor is 1/2, on its way up and down.
+    ramp
+        Width (rad) of each flank, a polynomial with two continuous derivatives; 0 is a jump.
+
+    Examples
+    --------
+    >>> fm.Pulse(start="30 deg", end="60 deg", ramp="5 deg").kind
+    'pulse'
+    """
+
+    kind: Literal["pulse"] = "pulse"
+    start: Angle
+    end: Angle
+    ramp: Annotated[Angle, Field(ge=0)] = 0.0
+
+    def _check_keys(self) -> None:
+        if self.start == self.end:
+            raise ValueError("the pulse starts and ends at the same angle")
+        if self.ramp > min(self.width, TURN - self.width) * (1 + 1e-9):
+            found = ", ".join(f"{key} {math.degrees(getattr(self, key)):.6g} deg" for key in ("start", "end", "ramp"))
+            raise ValueError(
+                f"the ramp is wider than the pulse, or than the pause between two of them, found {found}"
+                + in_rad(self.start, self.end, self.ramp)
+            )
+
+    @property
+    def width(self) -> float:
+        """Part of the cycle in which the pulse acts (rad)."""
+        return (self.end - self.start) % TURN or TURN
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which the value jumps."""
+        return () if self.ramp else (self.start, self.end)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Drive angles (rad) between which the value is a polynomial."""
+        return tuple(angle + side * self.ramp / 2 for angle in (self.start, self.end) for side in (-1, 1))
+
+    def at(self, theta: Array) -> Array:
+        """Values at drive angles (rad), of their shape."""
+        from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, TURN) - math.pi
+        inside = self.width / 2 - np.abs(from_middle)
+        if self.ramp == 0:
+            return np.where(inside >= 0, 1.0, 0.0)
+        x = np.clip(inside / self.ramp + 0.5, 0, 1)
+        return x**3 * (10 - 15 * x + 6 * x**2)
+
+
 OverCycle = FactorHarmonics | FactorTable | FactorExpression | Pulse
 Factor = Annotated[OverCycle | FactorFormula | FactorTimes, Field(discriminator="kind")]
 
@@ -176,13 +231,7 @@ def _over_a_cycle(factor: OverCycle) -> SampledFunction:
 
 
 def factor_pieces(factor: OverCycle) -> Array:
-    """Give angles (rad) from 0 to 2 pi, ascending, between which Gauss points integrate a factor, ``(pieces + 1,)``.
-
-    Parameters
-    ----------
-    factor
-        The factor of a load.
-    """
+    """Give angles (rad) from 0 to 2 pi, ascending, between which Gauss points integrate a factor, ``(pieces + 1,)``."""
     if isinstance(factor, FactorExpression):
         return pieces_of(factor.formula)
     return np.union1d([0.0, TURN], np.mod([*factor.corners, *factor.jumps], TURN))
@@ -204,13 +253,7 @@ class Varying(Part):
         return None if isinstance(self.factor, StateFactor) else self.factor
 
     def factor_at(self, theta: Array) -> Array:
-        """Factor at drive angles, ``(angles,)``; 1 of one that goes by time or by a joint, see `load_factor`.
-
-        Parameters
-        ----------
-        theta
-            Drive angles (rad), ``(angles,)``.
-        """
+        """Factor at drive angles, ``(angles,)``; 1 of one that goes by time or by a joint, see `load_factor`."""
         return np.ones_like(theta) if self.over_cycle is None else self.over_cycle.at(theta)
 
     def computed(self) -> dict[str, Any]:
@@ -237,18 +280,7 @@ class Varying(Part):
         return enough_angles(lambda count: _equally(factor, count), _over_a_cycle(factor), least, bool(self.jumps))
 
     def share_missed(self, count: int) -> float:
-        """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees.
-
-        Parameters
-        ----------
-        count
-            Number of positions in a cycle.
-
-        Returns
-        -------
-        float
-            0 where the positions see all of the factor, 1 where they see nothing of it.
-        """
+        """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees."""
         if (factor := self.over_cycle) is None:
             return 0.0
         whole = max(map(abs, self.factor_range))
@@ -356,8 +388,6 @@ class Impulse(Part):
     impulse: tuple[Momentum, Momentum] = (0.0, 0.0)
     angular_impulse: AngularMomentum = 0.0
 
-    @model_validator(mode="after")
-    def _strikes_once(self) -> Self:
+    def _check_keys(self) -> None:
         if (self.angle is None) == (self.time is None):
             raise ValueError("must state when it strikes, by the drive's `angle` or by the `time`, and not by both")
-        return self

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.first_error import first_error
@@ -32,6 +31,7 @@ class SceneLimits:
 SCENE = SceneLimits()
 
 
+Thing = TypeVar("Thing")
 CONTROL = "Cc", "Cf", "Cs", "Zl", "Zp"  # Unicode's control characters, marks of direction, halves and ends of lines
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_\-]*$", max_length=100)]
@@ -53,60 +53,38 @@ class Part(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            raise first_error(error, values, type(self), _known_keys) from None
+            raise first_error(error, values, type(self), Part) from None
 
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # parts of a part are validated without it
 
+    @model_validator(mode="after")
+    def _is_sound(self) -> Self:
+        self._check_keys()
+        return self
+
+    def _check_keys(self) -> None:
+        """Raise `ValueError` where keys, each of which is valid, contradict each other."""
+
     @classmethod
     def read(cls, data: Any) -> Self:
-        """Make the part from plain data.
-
-        Parameters
-        ----------
-        data
-            What the table of a scene file holds: numbers in SI or texts with a unit, lists, and tables by key.
-
-        Raises
-        ------
-        SceneError
-            When a key is missing or unknown, or a value is not valid, with its place.
-        """
+        """Make the part from plain data."""
         try:
             return cls.model_validate(data)
         except ValidationError as error:
-            raise first_error(error, data, cls, _known_keys) from None
-
-
-@cache
-def _known_keys() -> frozenset[str]:
-    """All keys of all tables."""
-    tables: list[type[Part]] = [Part]
-    for table in tables:
-        tables += table.__subclasses__()
-    return frozenset(field.alias or name for table in tables for name, field in table.model_fields.items())
+            raise first_error(error, data, cls, Part) from None
 
 
 WITH_TEXTS = str, dict, list, tuple  # what may be, or hold, a text
 
 
 def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
-    """Raise `SceneError` where a text or key of nested data has a control character, which a terminal would obey.
-
-    Parameters
-    ----------
-    part
-        Nested dictionaries and lists, as a scene file gives them.
-    place
-        Keys that lead to the part, for the error.
-    """
+    """Raise `SceneError` where a text or key of nested data has a control character, which a terminal would obey."""
     if isinstance(part, str):
         found = None if part.isprintable() else next((c for c in part if unicodedata.category(c) in CONTROL), None)
         if found is not None:
-            raise SceneError(
-                f"the text {shortened(part)} has the control character {found!a}",
-                place=".".join(place),
-                hint="Texts have letters, digits, signs and spaces",
-            )
+            what = f"the text {shortened(part)} has the control character {found!a}"
+            hint = "Texts have letters, digits, signs and spaces"
+            raise SceneError(what, place=".".join(place), hint=hint)
         return
     keyed = isinstance(part, dict)
     items = part.items() if keyed else enumerate(part) if isinstance(part, list | tuple) else ()
@@ -117,21 +95,37 @@ def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
             check_texts(value, (*place, str(key)))
 
 
-def check_known(name: str, things: Iterable[str], kind: str, place: str, of: str = "") -> None:
-    """Raise `SceneError` unless there is a thing of that name.
+def check_paired(**columns: Sequence[float]) -> None:
+    """Raise `ValueError` unless two columns of a table, by name, have as many values."""
+    (one, first), (other, second) = columns.items()
+    if len(first) != len(second):
+        raise ValueError(f"{len(first)} {one} and {len(second)} {other}: a table needs the same number of both")
 
-    Parameters
-    ----------
-    name
-        The name that the scene states.
-    things
-        The names that exist.
-    kind
-        What is named, in words, for the error: "section".
-    place
-        Dotted place in the scene, for the error.
-    of
-        What the thing is a part of, in words, where its name is short: " of link crank".
-    """
+
+def known(things: Mapping[str, Thing], name: str, kind: str, place: str) -> Thing:
+    """Give the thing of a name; raise `SceneError` where there is none."""
+    check_known(name, things, kind, place)
+    return things[name]
+
+
+def check_known(name: str, things: Iterable[str], kind: str, place: str, of: str = "") -> None:
+    """Raise `SceneError` unless there is a thing of that name."""
     if name not in things:
         raise SceneError(f"there is no {kind} {name!r}{of}", place=place, hint=f"Known: {', '.join(things) or 'none'}")
+
+
+def place_in(part: Any, path: str, value: Any) -> None:
+    """Put a value into nested data, by dotted path; tables on the way are made where they are missing."""
+    *parents, last = (int(key) if key.isdecimal() else key for key in path.split("."))
+    if "__" in path and path.partition("__")[0] in part:
+        hint = f'Write {path.replace("__", ".")!r}: "__" stands for dots in names of arguments only'
+        raise SceneError("there is no such part of the scene", place=path, hint=hint)
+    try:
+        for parent in parents:
+            if isinstance(part, dict):
+                part.setdefault(parent, {})
+            part[parent] = list(part[parent]) if isinstance(part[parent], tuple) else part[parent]
+            part = part[parent]
+        part[last] = value
+    except (KeyError, IndexError, TypeError) as error:
+        raise SceneError("there is no such part of the scene", place=path) from error

@@ -5,17 +5,57 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import combinations, pairwise
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import ConfigDict, Field, model_validator
+import numpy as np
+from pydantic import ConfigDict, Field
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part, PointName
 from fenics_mech.scene.design import Across, Notch, Surface
-from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.units import Angle, Density, Inertia, Length, Mass, Modulus
 
 Point = tuple[Length, Length]
 POISSON = 0.3  # of materials that state none: metals have 0.25 to 0.35, which changes G by 4 %
+
+
+class StressLife(Part):
+    """A stress-life (S-N) curve by Basquin: ``N = cycles (range / S)^slope`` for a stress range S.
+
+    Parameters
+    ----------
+    range
+        Stress range (Pa), from the least to the largest stress, that is borne `cycles` times.
+    cycles
+        Number of cycles at that range.
+    slope
+        Exponent of the curve.
+    limit
+        Stress range (Pa) up to which a cycle does no damage.
+    ultimate
+        Tensile strength (Pa). With it a tensile mean stress lowers what is borne, by Goodman's line.
+
+    Examples
+    --------
+    >>> curve = fm.StressLife(range="90 MPa", cycles=2e6, slope=5)
+    >>> float(curve.damage(180e6, 0.0)) * 2e6
+    32.0
+    """
+
+    range: Annotated[Modulus, Field(gt=0)]
+    cycles: Annotated[float, Field(gt=0, le=1e15)] = 2e6
+    slope: Annotated[float, Field(ge=1, le=50)] = 5.0
+    limit: Annotated[Modulus, Field(ge=0)] = 0.0
+    ultimate: Annotated[Modulus, Field(gt=0)] | None = None
+
+    def damage(self, ranges: Array | float, mean: Array | float) -> Array:
+        """Damage of cycles by stress range and mean (Pa), 1 over the number borne; infinite at the strength."""
+        ranges, mean = np.asarray(ranges, dtype=float), np.asarray(mean, dtype=float)
+        if self.ultimate is not None:
+            left = 1 - np.clip(mean, 0, None) / self.ultimate
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ranges = np.where(left > 0, ranges / left, np.inf)
+        return np.where(ranges > self.limit, (ranges / self.range) ** self.slope / self.cycles, 0.0)
 
 
 class Material(Part):
@@ -58,14 +98,12 @@ class Material(Part):
     fatigue: StressLife | None = None
     surface: Surface | None = None
 
-    @model_validator(mode="after")
-    def _breaks_after_it_yields(self) -> Self:
+    def _check_keys(self) -> None:
         if self.yield_ is not None and self.ultimate is not None and self.ultimate < self.yield_:
             raise ValueError(
                 f"the tensile strength is not below the yield strength: expected ultimate >= {self.yield_:g} Pa, "
                 f"found {self.ultimate:g} Pa"
             )
-        return self
 
     @property
     def shear_unstated(self) -> bool:
@@ -124,8 +162,7 @@ class Mesh(Part):
     grading: Annotated[float, Field(gt=0)] = 1.0
     stations: tuple[float, ...] | None = None
 
-    @model_validator(mode="after")
-    def _stations_increase(self) -> Self:
+    def _check_keys(self) -> None:
         nodes = self.stations
         if self.count > MESH.most_elements:
             raise ValueError(f"{self.count} elements in one member, and at most {MESH.most_elements} are taken")
@@ -139,7 +176,6 @@ class Mesh(Part):
                 f"the longest element of a member is {self.ratio:.3g} times as long as the shortest: beyond "
                 f"{MESH.largest_ratio:g} the strains would be lost to rounding"
             )
-        return self
 
     @property
     def count(self) -> int:
@@ -266,20 +302,12 @@ class Link(Part):
     angle: Angle = 0.0
     position: Point | None = None
 
-    @model_validator(mode="after")
-    def _bends_or_is_rigid(self) -> Self:
+    def _check_keys(self) -> None:
         if bool(self.members) == (self.rigid is not None):
             raise ValueError("a link needs either members or `rigid`, not both")
-        return self
 
     def end_at(self, point: str) -> str | None:
-        """Name of the member's end that is at the place of a point; None where none is.
-
-        Parameters
-        ----------
-        point
-            Name of a point of the link. An end of a member is itself.
-        """
+        """Name of the member's end at the place of a point of the link; itself where it is an end, None without one."""
         ends = [end for member in self.members.values() for end in member.ends]
         if point in ends:
             return point

@@ -4,31 +4,23 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.applied_loads import LineLoad
-from fenics_mech.scene.base import check_known
-from fenics_mech.scene.bodies import MESH
+from fenics_mech.scene.base import check_known, known
+from fenics_mech.scene.bodies import MESH, Ground, Link
 from fenics_mech.scene.drives import common_rate
 from fenics_mech.scene.free_motion_checks import check_freedoms
-from fenics_mech.scene.joint_law_checks import check_joint_laws, check_rigid
-from fenics_mech.scene.joint_units import check_units_of_joints
+from fenics_mech.scene.joint_law_checks import check_joint_laws, check_rigid, check_units_of_joints
+from fenics_mech.scene.joints import Joint
+from fenics_mech.scene.scene_data import SceneData
+from fenics_mech.scene.sections import Stock
 from fenics_mech.scene.springs_dampers import Hinge, Line
 
-if TYPE_CHECKING:
-    from fenics_mech.scene.joints import Prismatic, Slot
-    from fenics_mech.scene.models import Scene
 
-
-def check_references(scene: Scene) -> None:
-    """Raise `SceneError` where a part of the scene names another that is not there or makes no mechanism.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+def check_references(scene: SceneData) -> None:
+    """Raise `SceneError` where a part of the scene names another that is not there or makes no mechanism."""
+    _check_sections(scene)
     _ = scene.answer_units  # which names the unit that is none
     if "ground" in scene.links:
         raise SceneError("'ground' is the fixed frame's name", place="links.ground", hint="Give the link another name")
@@ -40,11 +32,8 @@ def check_references(scene: Scene) -> None:
         if body == "ground":
             raise SceneError("a mass on the ground does not move", place=f"masses.{name}.at", hint="Put it on a link")
         if scene.links[body].rigid:
-            raise SceneError(
-                "its link is rigid, and its mass is stated there",
-                place=f"masses.{name}.at",
-                hint="Add it to the link's `rigid` mass",
-            )
+            hint = "Add it to the link's `rigid` mass"
+            raise SceneError("its link is rigid, and its mass is stated there", place=f"masses.{name}.at", hint=hint)
     for i, measurement in enumerate(scene.measurements):
         check_known(measurement.member, scene.members(), "member", f"measurements.{i}.member")
     for name, point in scene.points.items():
@@ -60,11 +49,9 @@ def check_references(scene: Scene) -> None:
         _check_motor(scene)
     check_freedoms(scene)
     if scene.tolerance is not None and not scene.analysis.error_estimates:
-        raise SceneError(
-            "a tolerance is met by the estimated errors, which are switched off",
-            place="analysis.error_estimates",
-            hint="Leave out one of the two",
-        )
+        what = "a tolerance is met by the estimated errors, which are switched off"
+        hint = "Leave out one of the two"
+        raise SceneError(what, place="analysis.error_estimates", hint=hint)
     for kind in ("springs", "dampers"):
         for name, part in getattr(scene, kind).items():
             (_check_hinge if isinstance(part, Hinge) else _check_line)(scene, part, f"{kind}.{name}")
@@ -75,14 +62,28 @@ def check_references(scene: Scene) -> None:
         check_rigid(scene)
 
 
-def _check_point(scene: Scene, name: str, place: str) -> None:
+def _check_sections(scene: SceneData) -> None:
+    """Raise `SceneError` where a section names what the scene does not have, or a member has no material."""
+    stock = Stock(None, scene.materials, scene.sections)
+    for name, section in scene.sections.items():
+        section.check(f"sections.{name}", stock)
+    for link, body in scene.links.items():
+        for name, member in body.members.items():
+            unnamed = member.material is None and member.section in scene.sections
+            if unnamed and not scene.sections[member.section].complete:
+                what = f"a member of section {member.section!r} needs a material"
+                hint = "Only sections that name the materials of their parts do without"
+                raise SceneError(what, place=f"links.{link}.members.{name}.material", hint=hint)
+
+
+def _check_point(scene: SceneData, name: str, place: str) -> None:
     body = name.split(".", maxsplit=1)[0]
-    check_known(body, ("ground", *scene.links), "link", place)
-    points = scene.ground.points if body == "ground" else scene.links[body].points
-    check_known(name, [f"{body}.{known}" for known in points], "point", place)
+    bodies: dict[str, Ground | Link] = {"ground": scene.ground, **scene.links}
+    points = known(bodies, body, "link", place).points
+    check_known(name, [f"{body}.{point}" for point in points], "point", place)
 
 
-def _check_mesh(scene: Scene) -> None:
+def _check_mesh(scene: SceneData) -> None:
     """Raise where a member has more elements, or graded more steeply, than rounding lets be."""
     for label, (_, member) in scene.members().items():
         mesh = member.mesh or scene.mesh
@@ -103,7 +104,7 @@ def _check_mesh(scene: Scene) -> None:
             )
 
 
-def _check_loads(scene: Scene) -> None:
+def _check_loads(scene: SceneData) -> None:
     """Raise where a load or an impulse has no place of its own, or does not say what its moment turns."""
     for name, load in scene.loads.items():
         if isinstance(load, LineLoad):
@@ -113,11 +114,9 @@ def _check_loads(scene: Scene) -> None:
     for name, impulse in scene.impulses.items():
         _check_place(scene, impulse.at, f"impulses.{name}.at", turns=bool(impulse.angular_impulse))
     if scene.impulses and scene.analysis.method not in ("periodic", "transient"):
-        raise SceneError(
-            f"impulses act in motions, and the method is {scene.analysis.method!r}",
-            place="impulses",
-            hint="Write analysis.method = 'periodic' or 'transient', or leave the impulses out",
-        )
+        what = f"impulses act in motions, and the method is {scene.analysis.method!r}"
+        hint = "Write analysis.method = 'periodic' or 'transient', or leave the impulses out"
+        raise SceneError(what, place="impulses", hint=hint)
     for label, places in scene.loaded_places().items():
         closest = min((b - a for a, b in pairwise([0.0, *places, 1.0])), default=1.0)
         if closest < MESH.closest:
@@ -129,7 +128,7 @@ def _check_loads(scene: Scene) -> None:
             )
 
 
-def _check_place(scene: Scene, at: str, place: str, *, turns: bool) -> None:
+def _check_place(scene: SceneData, at: str, place: str, *, turns: bool) -> None:
     """Raise unless `at` is a point of a link, a pin, or a place along a member."""
     if "@" in at:
         check_known(at.partition("@")[0], scene.members(), "member", place)
@@ -138,16 +137,12 @@ def _check_place(scene: Scene, at: str, place: str, *, turns: bool) -> None:
         if at.startswith("ground."):
             raise SceneError("what acts on the ground has no effect", place=place, hint="Name a point of a link")
     else:
-        check_known(at, scene.joints, "joint", place)
-        if scene.joints[at].kind in ("slot", "prismatic") or turns:
-            raise SceneError(
-                f"joint {at!r} does not say which of its bodies is acted on",
-                place=place,
-                hint="A force in the fixed frame may act at a pin or a weld; else write link.point",
-            )
+        if known(scene.joints, at, "joint", place).slides or turns:
+            hint = "A force in the fixed frame may act at a pin or a weld; else write link.point"
+            raise SceneError(f"joint {at!r} does not say which of its bodies is acted on", place=place, hint=hint)
 
 
-def _check_line(scene: Scene, line: Line, part: str) -> None:
+def _check_line(scene: SceneData, line: Line, part: str) -> None:
     """Raise where the two ends of a spring or a damper are one, or can never move against each other."""
     place = f"{part}.between"
     for point in line.between:
@@ -155,42 +150,33 @@ def _check_line(scene: Scene, line: Line, part: str) -> None:
     (body, first), (other, second) = (scene.point(point) for point in line.between)
     pinned = (joint for joint in scene.joints.values() if joint.kind in ("revolute", "weld"))
     if (body == other and first == second) or any(set(line.between) <= set(joint.connect) for joint in pinned):
-        raise SceneError(
-            f"{line.between[0]} and {line.between[1]} are at one place, and a line between them has no direction",
-            place=place,
-            hint="Name points at different places, or give the `joint` of a torsional one",
-        )
+        what = f"{line.between[0]} and {line.between[1]} are at one place, and a line between them has no direction"
+        hint = "Name points at different places, or give the `joint` of a torsional one"
+        raise SceneError(what, place=place, hint=hint)
     if body == other and (body == "ground" or scene.links[body].rigid):
         raise SceneError(f"the two points are of one rigid body, {body}: it would do nothing", place=place)
 
 
-def _check_hinge(scene: Scene, hinge: Hinge, part: str) -> None:
+def _check_hinge(scene: SceneData, hinge: Hinge, part: str) -> None:
     """Raise unless two bodies turn against each other at the joint of a torsional spring or damper."""
-    check_known(hinge.joint, scene.joints, "joint", f"{part}.joint")
-    joint = scene.joints[hinge.joint]
+    joint = known(scene.joints, hinge.joint, "joint", f"{part}.joint")
     if joint.kind in ("weld", "prismatic"):
         raise SceneError(f"a {joint.kind} joint does not turn", place=f"{part}.joint")
     if joint.kind == "slot" and joint.member is not None:
-        raise SceneError(
-            f"the pin of {hinge.joint!r} travels along a member that bends, where no spring or damper takes hold",
-            place=f"{part}.joint",
-        )
-    bodies = [point.split(".")[0] for point in joint.connect]
+        what = f"the pin of {hinge.joint!r} travels along a member that bends, where no spring or damper takes hold"
+        raise SceneError(what, place=f"{part}.joint")
     if hinge.bodies is None:
-        if len(bodies) > 2:
-            raise SceneError(
-                f"joint {hinge.joint!r} has the bodies {', '.join(bodies)}",
-                place=part,
-                hint='Say which two turn against each other: bodies = ["...", "..."]',
-            )
+        if len(joint.bodies) > 2:
+            hint = 'Say which two turn against each other: bodies = ["...", "..."]'
+            raise SceneError(f"joint {hinge.joint!r} has the bodies {', '.join(joint.bodies)}", place=part, hint=hint)
         return
     for body in hinge.bodies:
-        check_known(body, bodies, f"body of joint {hinge.joint}", f"{part}.bodies")
+        check_known(body, joint.bodies, f"body of joint {hinge.joint}", f"{part}.bodies")
     if hinge.bodies[0] == hinge.bodies[1]:
         raise SceneError("a body does not turn against itself", place=f"{part}.bodies")
 
 
-def _check_members(scene: Scene) -> None:
+def _check_members(scene: SceneData) -> None:
     for label, link in scene.links.items():
         for name, member in link.members.items():
             place = f"links.{label}.members.{name}"
@@ -201,16 +187,12 @@ def _check_members(scene: Scene) -> None:
                 check_known(member.material, scene.materials, "material", f"{place}.material")
             first, second = (link.points[end] for end in member.ends)
             if math.dist(first, second) == 0:
-                raise SceneError(
-                    "the member has length 0", place=f"{place}.ends", hint="Its two ends must be at different places"
-                )
+                hint = "Its two ends must be at different places"
+                raise SceneError("the member has length 0", place=f"{place}.ends", hint=hint)
         unused = [point for point in sorted(link.points) if link.members and link.end_at(point) is None]
         if unused:
-            raise SceneError(
-                f"point {unused[0]!r} is on no member",
-                place=f"links.{label}.points",
-                hint="Every point of a link must be an end of one of its members, or at the place of such an end",
-            )
+            hint = "Every point of a link must be an end of one of its members, or at the place of such an end"
+            raise SceneError(f"point {unused[0]!r} is on no member", place=f"links.{label}.points", hint=hint)
         if link.members:
             _check_welded(label, [set(member.ends) for member in link.members.values()])
 
@@ -221,20 +203,18 @@ def _check_welded(label: str, groups: list[set[str]]) -> None:
     while any(grown := [group for group in groups if group & reached and not group <= reached]):
         reached = reached.union(*grown)
     if separate := [point for group in groups for point in group if point not in reached]:
-        raise SceneError(
-            f"point {separate[0]!r} is not connected with the rest of the link",
-            place=f"links.{label}.members",
-            hint="The members of one link must hang together",
-        )
+        what = f"point {separate[0]!r} is not connected with the rest of the link"
+        hint = "The members of one link must hang together"
+        raise SceneError(what, place=f"links.{label}.members", hint=hint)
 
 
-def _check_joints(scene: Scene) -> None:
+def _check_joints(scene: SceneData) -> None:
     seen: dict[str, str] = {}
     for name, joint in scene.joints.items():
         place = f"joints.{name}.connect"
         for point in joint.connect:
             _check_point(scene, point, place)
-            guide = joint.kind in ("slot", "prismatic") and point == joint.connect[0]
+            guide = joint.slides and point == joint.connect[0]
             if point in seen and not guide:
                 raise SceneError(
                     f"point {point!r} is already in joint {seen[point]!r}",
@@ -244,19 +224,18 @@ def _check_joints(scene: Scene) -> None:
                 )
             if not guide:  # a point of a guide only says where the guide is: other joints may hold it
                 seen[point] = name
-        if joint.kind in ("slot", "prismatic") and joint.member is not None:
+        if joint.member is not None:
             _check_guide(scene, name, joint, joint.member)
-        bodies = [point.split(".")[0] for point in joint.connect]
-        if len(set(bodies)) < len(bodies):
+        if len(set(joint.bodies)) < len(joint.bodies):
             raise SceneError("the joint connects a link with itself", place=place, hint="Connect different links")
-    jointed = {point.split(".")[0] for joint in scene.joints.values() for point in joint.connect}
+    jointed = {body for joint in scene.joints.values() for body in joint.bodies}
     for body in ("ground", *scene.links) if scene.drives else ():  # at rest they may be afloat
         if body not in jointed:
             place = "ground" if body == "ground" else f"links.{body}"
             raise SceneError("no joint connects this link with the linkage", place=place, hint="Add it to a joint")
 
 
-def _check_guide(scene: Scene, name: str, joint: Slot | Prismatic, member: str) -> None:
+def _check_guide(scene: SceneData, name: str, joint: Joint, member: str) -> None:
     """Raise unless the guide's point is an end of the member that the pin travels along."""
     body, point = joint.connect[0].split(".")
     place = f"joints.{name}.member"
@@ -267,13 +246,11 @@ def _check_guide(scene: Scene, name: str, joint: Slot | Prismatic, member: str) 
         raise SceneError(f"the guide's point {point!r} is no end of {member!r}", place=f"joints.{name}.connect")
 
 
-def _check_drives(scene: Scene) -> None:
+def _check_drives(scene: SceneData) -> None:
     """Raise where a drive has no joint of its own, or the drives have no common cycle."""
     seen = set()
-    for i, drive in enumerate(scene.drives):
-        place = f"drive.{i}" if isinstance(scene.drive, tuple) else "drive"
-        check_known(drive.joint, scene.joints, "joint", f"{place}.joint")
-        joint = scene.joints[drive.joint]
+    for i, (place, drive) in enumerate(scene.drives_by_place.items()):
+        joint = known(scene.joints, drive.joint, "joint", f"{place}.joint")
         if drive.joint in seen:
             raise SceneError(f"joint {drive.joint!r} is driven twice", place=f"{place}.joint")
         seen.add(drive.joint)
@@ -282,68 +259,47 @@ def _check_drives(scene: Scene) -> None:
         if len(joint.connect) != 2:
             raise SceneError("a driven joint must connect two bodies", place=f"joints.{drive.joint}.connect")
         if joint.kind != "revolute" and drive.speed is not None:
-            raise SceneError(
-                "a sliding joint cannot be driven at a constant speed", place=f"{place}.speed", hint="Give a law"
-            )
+            what = "a sliding joint cannot be driven at a constant speed"
+            raise SceneError(what, place=f"{place}.speed", hint="Give a law")
         if drive.start and drive.law is not None:
-            raise SceneError(
-                "the start is that of a drive at constant speed, and this one has a law",
-                place=f"{place}.start",
-                hint="Put it into the law, such as its `mean`",
-            )
+            what = "the start is that of a drive at constant speed, and this one has a law"
+            hint = "Put it into the law, such as its `mean`"
+            raise SceneError(what, place=f"{place}.start", hint=hint)
         if i and drive.run_up is not None:
-            raise SceneError(
-                "the run-up is that of the first drive, which the others follow",
-                place=f"{place}.run_up",
-                hint="Give it to the first drive",
-            )
+            what = "the run-up is that of the first drive, which the others follow"
+            hint = "Give it to the first drive"
+            raise SceneError(what, place=f"{place}.run_up", hint=hint)
     if not scene.drives:
         return
     try:
         common_rate(scene.drives)
     except ValueError as error:
-        raise SceneError(
-            str(error),
-            place="drive",
-            hint="Give speeds and periods whose ratios are those of small whole numbers, to 9 digits",
-        ) from error
+        hint = "Give speeds and periods whose ratios are those of small whole numbers, to 9 digits"
+        raise SceneError(str(error), place="drive", hint=hint) from error
 
 
-def _check_motor(scene: Scene) -> None:
+def _check_motor(scene: SceneData) -> None:
     """Raise unless the one drive with its motor turns a crank on the ground, in steady vibration."""
-    place = "drive.0.motor" if isinstance(scene.drive, tuple) else "drive.motor"
-    drive, analysis = scene.drives[0], scene.analysis
+    analysis, (place, drive) = scene.analysis, next(iter(scene.drives_by_place.items()))
+    place += ".motor"
     if len(scene.drives) > 1 or drive.speed is None:
         raise SceneError("a motor needs a single drive at constant speed", place=place)
     joint = scene.joints[drive.joint]
-    if joint.kind != "revolute" or not any(point.startswith("ground.") for point in joint.connect):
+    if joint.kind != "revolute" or "ground" not in joint.bodies:
         raise SceneError("a motor must drive a link on a pin of the ground", place=place)
     if analysis.method != "periodic" or analysis.solver not in ("auto", "collocation", "poses") or scene.impulses:
-        raise SceneError(
-            "the twist of a motor's shaft comes with the periodic response by collocation or poses, without impulses",
-            place=place,
-            hint="Write analysis.method = 'periodic' and solver = 'collocation', or leave the motor out",
-        )
+        what = "the twist of a motor's shaft comes with the periodic response by collocation or poses, without impulses"
+        hint = "Write analysis.method = 'periodic' and solver = 'collocation', or leave the motor out"
+        raise SceneError(what, place=place, hint=hint)
 
 
-def mobility(scene: Scene) -> int:
-    """Number of freedoms by Gruebler's count, 3 for each link less what the joints take.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
-    lost = {"revolute": 2, "weld": 3, "slot": 1, "prismatic": 2}
-    held = sum(lost[joint.kind] * (len(joint.connect) - 1) for joint in scene.constraints.values())
-    return 3 * len(scene.links) - held
+def mobility(scene: SceneData) -> int:
+    """Number of freedoms by Gruebler's count, 3 for each link less what the joints take."""
+    return 3 * len(scene.links) - sum(joint.takes * (len(joint.connect) - 1) for joint in scene.constraints.values())
 
 
-def _check_mobility(scene: Scene) -> None:
-    """Raise where there are more drives than freedoms; what is left free shows where the linkage is assembled.
-
-    What nothing drives may be held more often than it needs.
-    """
+def _check_mobility(scene: SceneData) -> None:
+    """Raise where there are more drives than freedoms; what nothing drives may be held more often than it needs."""
     left, drives = mobility(scene), len(scene.moved_joints)
     if drives and drives > left:
         raise SceneError(

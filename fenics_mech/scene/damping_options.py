@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.units import Density, Length, Rate, Share, Time
-
-if TYPE_CHECKING:
-    from fenics_mech.scene.models import Scene
 
 
 def _below_critical(ratio: float) -> float:
@@ -50,32 +46,6 @@ class AirDrag(Part):
     density: Annotated[Density, Field(gt=0)]
     coefficient: Annotated[float, Field(gt=0)]
     width: Annotated[Length, Field(gt=0)] | None = None
-
-    def width_of(self, scene: Scene, label: str) -> float:
-        """Width of a member, by label (m).
-
-        Parameters
-        ----------
-        scene
-            The scene, for the section of the member.
-        label
-            "link", or "link.member" where the link has several members.
-
-        Raises
-        ------
-        SceneError
-            When neither this table nor the member's section states one.
-        """
-        name = scene.members()[label][1].section
-        for part in (self, scene.sections[name]):
-            for quantity in ("width", "diameter"):
-                if value := getattr(part, quantity, None):
-                    return float(value)
-        raise SceneError(
-            f"section {name!r} of member {label} has no width by which the air drags it",
-            place="damping.air",
-            hint="Give `width` here, that of the members across the plane",
-        )
 
 
 class Damping(Part):

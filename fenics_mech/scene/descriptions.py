@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from fenics_mech.scene.base import Part
+from fenics_mech.scene.first_error import tables
 
 # What keys mean whose classes do not say it: by class and key, or by the key alone.
 MEANINGS = {
@@ -48,15 +49,7 @@ QUANTITY = ", or a string with a unit"  # ends what pydantic says of a quantity,
 
 
 def meaning_of(part: type, key: str) -> str:
-    """Give what a key of a table means, or nothing where neither the docstrings of its class nor `MEANINGS` say it.
-
-    Parameters
-    ----------
-    part
-        The class of the table.
-    key
-        The key, as a scene file has it.
-    """
+    """Give what a key of a table means, or nothing where neither the docstrings of its class nor `MEANINGS` say it."""
     name = f"{key}_" if keyword.iskeyword(key) else key  # as "from" and "yield"
     for kind in part.__mro__:
         if issubclass(kind, Part) and name in (said := _parameters(kind)):
@@ -80,17 +73,8 @@ def _parameters(kind: type) -> dict[str, str]:
 
 
 def described(schema: dict[str, Any]) -> dict[str, Any]:
-    """Put into a JSON Schema of scenes what each key means.
-
-    Parameters
-    ----------
-    schema
-        The schema, which is changed and given back.
-    """
-    kinds = [Part]
-    for kind in kinds:
-        kinds += kind.__subclasses__()
-    classes = {kind.__name__: kind for kind in kinds}
+    """Put into a JSON Schema of scenes what each key means."""
+    classes = {kind.__name__: kind for kind in tables(Part)}
     for table in _tables_in(schema):
         part = classes.get(table.get("title", ""), Part)
         for key, value in table["properties"].items():

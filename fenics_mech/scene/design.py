@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from fenics_mech.errors import shortened
 from fenics_mech.scene.base import Part
@@ -65,11 +65,9 @@ class Pin(Part):
     bush: Annotated[Modulus, Positive] | None = None
     bush_pv: Annotated[PressureTimesSpeed, Positive] | None = None
 
-    @model_validator(mode="after")
-    def _is_round_it(self) -> Self:
+    def _check_keys(self) -> None:
         if self.eye <= self.diameter:
             raise ValueError(f"an eye is wider than its pin: expected eye > {self.diameter:g} m, found {self.eye:g} m")
-        return self
 
 
 def _read_deflection(value: Any) -> Any:
@@ -123,12 +121,6 @@ class Design(Part):
     cycles: Annotated[float, Field(ge=1, le=1e15)] | None = None
 
     def allowed_deflection(self, length: float) -> float:
-        """Give the largest deflection (m) of a member.
-
-        Parameters
-        ----------
-        length
-            Length of the member (m).
-        """
+        """Give the largest deflection (m) of a member."""
         limit = self.deflection or "L/200"
         return limit if isinstance(limit, float) else length / float(limit[2:])

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache, partial
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
@@ -28,19 +27,11 @@ from fenics_mech.scene.run_ups import RunUpLaw, TimeExpression, TimeTable, smoot
 from fenics_mech.scene.sampling import SAMPLING, SampledFunction, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.units import AngleOrLength, AngularSpeed, Inertia, Time, TorsionalDamping, TorsionalRate
 
-
-@dataclass(frozen=True)
-class LawLimits:
-    """Limits of the laws of drives."""
-
-    most_harmonics: int = 10_000  # of a series, which is summed at up to 2**17 angles
-    most_turns: int = 20  # cycles of the first drive in the common one
-    same_ratio: float = 1e-9  # of a ratio of two rates, by which it may miss a ratio of whole numbers
-    join: float = 1e-6  # of its speed or its length, by which a run-up's law may miss what it has to join
-    block: int = 2**20  # products of an order and an angle that are held at once
-
-
-LAW = LawLimits()
+MOST_HARMONICS = 10_000  # of a series, which is summed at up to 2**17 angles
+MOST_TURNS = 20  # cycles of the first drive in the common one
+SAME_RATIO = 1e-9  # of a ratio of two rates, by which it may miss a ratio of whole numbers
+JOIN = 1e-6  # of its speed or its length, by which a run-up's law may miss what it has to join
+BLOCK = 2**20  # products of an order and an angle that are held at once
 
 
 def _values(law: Callable[[Array], Jet], places: Array) -> Array:
@@ -78,8 +69,8 @@ class Harmonics(Part):
 
     kind: Literal["harmonics"] = "harmonics"
     mean: AngleOrLength = 0.0
-    cosine: Annotated[tuple[AngleOrLength, ...], Field(max_length=LAW.most_harmonics)] = ()
-    sine: Annotated[tuple[AngleOrLength, ...], Field(max_length=LAW.most_harmonics)] = ()
+    cosine: Annotated[tuple[AngleOrLength, ...], Field(max_length=MOST_HARMONICS)] = ()
+    sine: Annotated[tuple[AngleOrLength, ...], Field(max_length=MOST_HARMONICS)] = ()
 
     @property
     def orders(self) -> Array:
@@ -97,7 +88,7 @@ class Harmonics(Part):
         """Value and two derivatives by theta (rad), of the shape of theta."""
         n = self.orders
         by_derivative = self.amplitudes * np.stack([np.ones_like(n), 1j * n, -(n**2)])
-        flat, block = theta.ravel(), max(1, LAW.block // max(1, len(n)))
+        flat, block = theta.ravel(), max(1, BLOCK // max(1, len(n)))
         parts = np.zeros((3, len(flat)))
         for k in range(0, len(flat), block):
             parts[:, k : k + block] = (by_derivative @ np.exp(1j * n[:, None] * flat[k : k + block])).real
@@ -105,15 +96,7 @@ class Harmonics(Part):
         return Jet(self.mean + value, first, second)
 
     def equally(self, count: int, derivative: int = 0) -> Array:
-        """Give a derivative, or the value, at equal steps of a cycle, ``(count,)``, by the fast Fourier transform.
-
-        Parameters
-        ----------
-        count
-            Number of steps, from 0 on.
-        derivative
-            Order of the derivative by theta; 0 is the value.
-        """
+        """Give a derivative, or the value, at equal steps of a cycle, ``(count,)``, by the fast Fourier transform."""
         n = self.orders
         spectrum = np.zeros(count, complex)
         np.add.at(spectrum, n.astype(np.int64) % count, self.amplitudes * (1j * n) ** derivative)
@@ -259,26 +242,21 @@ class Drive(Part):
     run_up_law: RunUpLaw | None = None
     motor: Motor | None = None
 
-    @model_validator(mode="after")
-    def _moves_in_one_way(self) -> Self:
+    def _check_keys(self) -> None:
         if (self.speed is None) == (self.law is None):
             raise ValueError("a drive needs either a speed or a law, not both")
         if self.speed == 0:
             raise ValueError("the drive's speed must not be 0: the cycle would have no period")
         if (self.law is None) != (self.period is None):
             raise ValueError("a law and its period must be given together")
-        return self
-
-    @model_validator(mode="after")
-    def _runs_up_to_its_speed(self) -> Self:
         if self.run_up is None:
             if self.run_up_law is not None:
                 raise ValueError("a run_up_law needs its duration, run_up")
-            return self
+            return
         if self.speed is None:
             raise ValueError("a run-up leads to a constant speed: a drive with a periodic law has none")
         law = self.run_up_law
-        if isinstance(law, TimeTable) and abs(law.times[-1] - self.run_up) > LAW.join * self.run_up:
+        if isinstance(law, TimeTable) and abs(law.times[-1] - self.run_up) > JOIN * self.run_up:
             raise ValueError(f"the run-up's table ends at {law.times[-1]:.6g} s, and the run-up at {self.run_up:.6g} s")
         values = _values(self.coordinate, np.linspace(0, self.run_up, 101))
         formula = Formula(law.formula, ("t",)) if isinstance(law, TimeExpression) else None
@@ -286,13 +264,12 @@ class Drive(Part):
         if pole or not np.isfinite(values).all():
             raise ValueError("the run-up's law is not finite over the run-up")
         first, last_rate = values[0, 0], values[1, -1]
-        if abs(first) > LAW.join:
+        if abs(first) > JOIN:
             raise ValueError(f"the run-up's law must start with an angle of 0, and starts with {first:.6g} rad")
-        if abs(last_rate - self.speed) > LAW.join * abs(self.speed):
+        if abs(last_rate - self.speed) > JOIN * abs(self.speed):
             raise ValueError(
                 f"the run-up's law ends with {last_rate:.6g} rad/s, and the drive goes on with {self.speed:.6g} rad/s"
             )
-        return self
 
     @property
     def cycle_rate(self) -> float:
@@ -300,18 +277,7 @@ class Drive(Part):
         return self.speed if self.speed is not None else 2 * math.pi / (self.period or math.nan)
 
     def coordinate(self, time: Array) -> Jet:
-        """Coordinate (rad) of the drive's own cycle and its two derivatives by time, at times from 0 on.
-
-        Parameters
-        ----------
-        time
-            Times (s), 0 or more, ``(times,)``.
-
-        Returns
-        -------
-        Jet
-            Value (rad) and derivatives (rad/s, rad/s^2), ``(times,)`` each.
-        """
+        """Coordinate (rad) of the own cycle, its rate and acceleration, at times (s) from 0 on, ``(times,)``."""
         if self.run_up is None:
             return Jet(self.cycle_rate * time, np.full_like(time, self.cycle_rate), np.zeros_like(time))
         speed, end = self.cycle_rate, self.run_up
@@ -325,22 +291,11 @@ class Drive(Part):
         )
 
     def turns_in(self, cycle_rate: float) -> int:
-        """Own cycles of the drive in the common one, whose coordinate runs at `cycle_rate` (rad/s); see `common_rate`.
-
-        They are negative where the drive's sense is the opposite one.
-        """
+        """Own cycles in the common one, which runs at `cycle_rate` (rad/s); negative in the opposite sense."""
         return round(self.cycle_rate / cycle_rate)
 
     def enough_angles(self, least: int, cycle_rate: float) -> int:
-        """Number of equal parts of the common cycle, at least so many, that show the law's acceleration inside them.
-
-        Parameters
-        ----------
-        least
-            Number of parts to begin with.
-        cycle_rate
-            Rate of the common cycle (rad/s).
-        """
+        """Number of parts of the common cycle, at least so many, that show what the law's acceleration does."""
         law, turns = self.law, abs(self.turns_in(cycle_rate))
         if law is None:
             return least
@@ -349,20 +304,7 @@ class Drive(Part):
         return least if enough == own else turns * enough
 
     def jet(self, theta: Array, cycle_rate: float) -> Jet:
-        """Angle or stroke and two derivatives by theta, the common cycle's coordinate, which runs at `cycle_rate`.
-
-        Parameters
-        ----------
-        theta
-            Coordinate of the common cycle (rad), ``(angles,)``.
-        cycle_rate
-            Rate of the common coordinate (rad/s).
-
-        Returns
-        -------
-        Jet
-            Angle (rad) or stroke (m), and its derivatives by theta, ``(angles,)`` each.
-        """
+        """Angle (rad) or stroke (m) and two derivatives by theta (rad), ``(angles,)``, which runs at `cycle_rate`."""
         turns = self.turns_in(cycle_rate)
         if self.law is not None:
             own = self.law.jet(np.mod(turns * theta, 2 * np.pi))
@@ -371,32 +313,18 @@ class Drive(Part):
 
 
 def common_rate(drives: Sequence[Drive]) -> float:
-    """Rate (rad/s) of the coordinate theta of all drives, in whose cycle every drive makes a whole number of its own.
-
-    The common cycle is the shortest one. Each drive's rate over the first's is a fraction. The common rate is the first
-    drive's over the least common multiple of the denominators.
-
-    Parameters
-    ----------
-    drives
-        All drives of a scene.
-
-    Raises
-    ------
-    ValueError
-        When the drives have no common cycle of at most `LAW.most_turns` cycles of the first drive.
-    """
+    """Rate (rad/s) of theta, in whose cycle, the shortest one, every drive makes a whole number of its own."""
     first = drives[0].cycle_rate
     if len(drives) == 1:
         return first
-    ratios = [Fraction(drive.cycle_rate / first).limit_denominator(LAW.most_turns) for drive in drives]
+    ratios = [Fraction(drive.cycle_rate / first).limit_denominator(MOST_TURNS) for drive in drives]
     turns = math.lcm(*(ratio.denominator for ratio in ratios))
     for drive, ratio in zip(drives, ratios):
         other = drive.cycle_rate / first
-        if turns > LAW.most_turns or ratio == 0 or abs(float(ratio) - other) > LAW.same_ratio * abs(other):
+        if turns > MOST_TURNS or ratio == 0 or abs(float(ratio) - other) > SAME_RATIO * abs(other):
             periods = [f"{2 * math.pi / abs(one.cycle_rate):.12g} s at joint {one.joint}" for one in drives]
             raise ValueError(
-                f"the drives have no common cycle of at most {LAW.most_turns} cycles of the first: theirs take "
+                f"the drives have no common cycle of at most {MOST_TURNS} cycles of the first: theirs take "
                 f"{', '.join(periods)}"
             )
     return first / turns

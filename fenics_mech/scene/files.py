@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,18 +14,10 @@ from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.in_space import SpatialScene, is_spatial
 from fenics_mech.scene.models import Scene
 
-
-@dataclass(frozen=True)
-class FileLimits:
-    """Limits of a scene file."""
-
-    largest: int = 5_000_000  # bytes; a scene file is a few kB
-    deepest: int = 30  # parts of a dotted key: the time that tomllib takes grows with their square
-
-
-FILE = FileLimits()
+LARGEST = 5_000_000  # bytes; a scene file is a few kB
+DEEPEST = 30  # parts of a dotted key: the time that tomllib takes grows with their square
 Read = TypeVar("Read")
-DEEP_KEY = re.compile(rf"(?<![\w\-\"'])(?:[\w\-\"']+[ \t]*\.[ \t]*){{{FILE.deepest}}}")
+DEEP_KEY = re.compile(rf"(?<![\w\-\"'])(?:[\w\-\"']+[ \t]*\.[ \t]*){{{DEEPEST}}}")
 
 TOML_ADVICE = {  # by how tomllib's message starts
     "Invalid value": "Write texts, names and numbers with a unit in quotes",
@@ -60,11 +51,20 @@ def load(path: str | Path) -> Scene | SpatialScene:
     >>> fm.load("demos/four_bar.toml").name
     'seed four-bar'
     """
+    found = load_in_space(path)
+    return load_planar(path) if found is None else found
+
+
+def load_in_space(path: str | Path) -> SpatialScene | None:
+    """Read a scene file in space; None where it is of the plane. What it takes and raises is as of `load`.
+
+    Parameters
+    ----------
+    path
+        A TOML file.
+    """
     path = Path(path)
-    text = text_of(path)
-    if (scene := _spatial(text, path.name)) is not None:
-        return scene
-    return load_planar(path)
+    return _spatial(text_of(path), path.name)
 
 
 def load_planar(path: str | Path) -> Scene:
@@ -81,17 +81,11 @@ def load_planar(path: str | Path) -> Scene:
         raise SceneError(
             "points have three coordinates, so that it is a scene in space, which this does not take",
             place=path.name,
-            hint="Scenes in space have run, check, modes, report, plot and animate",
+            hint="Scenes in space have run, check, modes, sweep, report, plot, animate and export",
         )
     scene = parse(text, file=path.name, folder=path.parent)
     measurements = tuple(m.model_copy(update={"file": path.parent / m.file}) for m in scene.measurements)
     return scene.model_copy(update={"measurements": measurements})
-
-
-def load_spatial(path: str | Path) -> SpatialScene | None:
-    """Read a scene file in space; None where it is of the plane."""
-    path = Path(path)
-    return _spatial(text_of(path), path.name)
 
 
 def _spatial(text: str, file: str) -> SpatialScene | None:
@@ -106,22 +100,9 @@ def _spatial(text: str, file: str) -> SpatialScene | None:
 
 
 def text_of(path: Path, what: str = "scene file") -> str:
-    """Read the text of a file that a user wrote.
-
-    Parameters
-    ----------
-    path
-        The file.
-    what
-        What it is, in words, for the error.
-
-    Raises
-    ------
-    SceneError
-        When it cannot be read, or is no text.
-    """
+    """Read the text of a file that a user wrote."""
     try:
-        return read_bounded(path, FILE.largest).decode("utf-8-sig")
+        return read_bounded(path, LARGEST).decode("utf-8-sig")
     except (OSError, ValueError) as error:
         reason = "it is not a UTF-8 text" if isinstance(error, UnicodeDecodeError) else reason_of(error)
         raise SceneError(f"cannot read the {what}: {reason}", place=str(path)) from error
@@ -156,25 +137,10 @@ def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
 
 
 def read_toml(text: str, file: str, read: Callable[[dict[str, Any]], Read]) -> Read:
-    """Make something from a text in TOML. Errors name the file and the line.
-
-    Parameters
-    ----------
-    text
-        The text.
-    file
-        Name of the file in errors.
-    read
-        Makes it from the tables of the text.
-
-    Raises
-    ------
-    SceneError
-        When the text is not TOML, or what `read` raises.
-    """
+    """Make something from a text in TOML. Errors name the file and the line."""
     try:
         if deep := DEEP_KEY.search(text):
-            raise ValueError(f"the key {shortened(deep[0])} has more than {FILE.deepest} parts")
+            raise ValueError(f"the key {shortened(deep[0])} has more than {DEEPEST} parts")
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # also of numbers with too many digits
         advice = next((advice for start, advice in TOML_ADVICE.items() if str(error).startswith(start)), "")
@@ -186,15 +152,7 @@ def read_toml(text: str, file: str, read: Callable[[dict[str, Any]], Read]) -> R
 
 
 def located(error: SceneError, path: Path) -> SceneError:
-    """Give an error about a place in a scene with the file and the line that state it.
-
-    Parameters
-    ----------
-    error
-        The error.
-    path
-        The file of the scene.
-    """
+    """Give an error about a place in a scene with the file and the line that state it."""
     return _with_line(error, text_of(path), path.name)
 
 

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Collection
-from typing import Any
+from collections.abc import Collection, Iterator, Sequence
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from fenics_mech.errors import SceneError, shortened
-from fenics_mech.scene.table_keys import table_keys
 from fenics_mech.scene.updating import GONE
 
-BRANCHES = (  # of pydantic unions, which stand in its places and not in the data
-    "[key]", "one", "many", "revolute", "weld", "slot", "prismatic",
-    "harmonics", "table", "expression", "rest-to-rest", "pulse", "load", "line-load", "line", "hinge",
-    "friction", "stop", "clearance", "guide-clearance", "side-contact", "bushing", "joint-effort", "gear-pair", "cam",
-)  # fmt: skip
-
+MARKS = (
+    "[key]",
+    "one",
+    "many",
+    "load",
+    "line-load",
+    "line",
+    "hinge",
+)  # of pydantic unions, which stand in its places alone
 BRANCH = "shape:"  # begins the name of a branch that is a shape of section
-
 ABOVE = "name", "units", "effects", "tolerance", "gravity"  # keys of a scene itself
 
 SENTENCES = {  # by pydantic's type of error, where its own words speak of Python
@@ -39,25 +40,25 @@ SENTENCES = {  # by pydantic's type of error, where its own words speak of Pytho
 }
 
 
-def first_error(
-    error: ValidationError, data: Any, part: type[BaseModel], keys: Callable[[], Collection[str]]
-) -> SceneError:
-    """Turn pydantic's list of errors into one message about the first.
+def tables(root: type[BaseModel]) -> list[type[BaseModel]]:
+    """Give a class of tables and all that derive from it."""
+    found = [root]
+    for table in found:
+        found += table.__subclasses__()
+    return found
 
-    Parameters
-    ----------
-    error
-        What pydantic found.
-    data
-        What it looked at.
-    part
-        What it was to be.
-    keys
-        Gives the known keys of all tables; it is asked where a key is unknown.
-    """
+
+def tag_of(table: type[BaseModel], tag: str = "kind") -> Any:
+    """Give the `kind` or `shape` of a class of tables; None where it has none."""
+    return table.model_fields[tag].default if tag in table.model_fields else None
+
+
+def first_error(error: ValidationError, data: Any, part: type[BaseModel], root: type[BaseModel]) -> SceneError:
+    """Turn pydantic's errors about data, which were to be a part, into one; all parts derive from the root."""
+    branches = {*MARKS, *map(tag_of, tables(root))}
     found = error.errors(include_url=False)
     first = _misspelled(found) or found[0]
-    place = _place(first["loc"], data)
+    place = _place(first["loc"], data, branches)
     message, hint = _sentence(first), ""
     if first["type"] == "extra_forbidden":
         beside = [other["loc"] for other in found if other["type"] == "missing"]
@@ -67,8 +68,9 @@ def first_error(
         if len(place) > 1 and place[-1] in ABOVE:
             advice = "It belongs above the first [table] of the file"
         else:
-            near = near or difflib.get_close_matches(place[-1], table_keys(part, first["loc"][:-1]), n=1, cutoff=0.8)
-            near = near or _known_key(place[-1], keys())
+            near = near or difflib.get_close_matches(place[-1], _keys_at(part, first["loc"][:-1]), n=1, cutoff=0.8)
+            known = {key for table in tables(root) for key in _keys_of(table)}
+            near = near or ([] if place[-1] in known else difflib.get_close_matches(place[-1], known, n=1, cutoff=0.8))
         message, hint = f"unknown key {shortened(place[-1])}", f"Did you mean {near[0]!r}?" if near else advice
         if place[:-1] == ["analysis"] and place[-1] in GONE:
             message = f"this key has gone: {GONE[place[-1]][1]}"
@@ -77,7 +79,7 @@ def first_error(
         message = "this key is missing" if isinstance(first["loc"][-1], str) else "an entry of the list is missing"
         if place[0] in ("springs", "dampers") and place[-1] == "between":
             message = "there is neither `between`, two points, nor `joint`"
-    places = {tuple(_place(other["loc"], data)) for other in found}
+    places = {tuple(_place(other["loc"], data, branches)) for other in found}
     if len(places) > 1:
         hint = f"{hint}{'' if hint.endswith('?') else '.'} {len(places) - 1} more found after it".removeprefix(". ")
     return SceneError(message, place=".".join(place), hint=hint)
@@ -96,9 +98,25 @@ def _misspelled(found: list[Any]) -> Any | None:
     return None
 
 
-def _known_key(name: str, known: Collection[str]) -> list[str]:
-    """Give the key of any table that a name, which is none, is nearly."""
-    return [] if name in known else difflib.get_close_matches(name, known, n=1, cutoff=0.8)
+def _keys_of(table: type[BaseModel]) -> list[str]:
+    return [field.alias or name for name, field in table.model_fields.items()]
+
+
+def _keys_at(top: type[BaseModel], location: Sequence[int | str]) -> list[str]:
+    """Give the keys of all tables that may stand at a location of pydantic, which begins in the top one."""
+    here = [top]
+    for part in location:  # names of entries and of branches of unions lead nowhere further
+        fields = [field for table in here for name, field in table.model_fields.items() if part in (name, field.alias)]
+        here = [table for field in fields for table in _tables_in(field.annotation)] if fields else here
+    return [key for table in here for key in _keys_of(table)]
+
+
+def _tables_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Give the tables of an annotation: of a union, and what lists and dictionaries hold."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _tables_in(part)
 
 
 def _sentence(error: Any) -> str:
@@ -122,18 +140,22 @@ def _sentence(error: Any) -> str:
     return f"{message}, found {shortened(error['input'])}"
 
 
-def _place(location: tuple[int | str, ...], data: Any) -> list[str]:
+def _place(location: tuple[int | str, ...], data: Any, branches: Collection[Any]) -> list[str]:
     """Keep of pydantic's location what stands in the data, and the last key where it is missing there."""
     place: list[str] = []
     tagged: Any = None  # the table whose kind has been passed: a key of it may have the name of its kind
     for part in location:
-        if isinstance(data, dict) and data is not tagged and part in BRANCHES and data.get("kind") == part:
+        if isinstance(data, dict) and data is not tagged and part in branches and data.get("kind") == part:
             tagged = data
             continue
         known = part in data if isinstance(data, dict) else isinstance(data, list | tuple) and part in range(len(data))
         if known:
             data = data[part]  # type: ignore[index]
-        elif not isinstance(data, dict) or part in BRANCHES or str(part).startswith((BRANCH, "literal[")):
+        elif (
+            not isinstance(data, dict)
+            or str(part).startswith((BRANCH, "literal["))
+            or (part in branches and data is not tagged)
+        ):
             continue  # a branch of a union, or a mark that the key itself is bad
         place.append(str(part))
     return place

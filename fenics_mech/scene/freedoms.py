@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, Field, Tag, field_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, Jet
+from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, Jet, formula_of, slopes_of
 from fenics_mech.scene.units import AngleOrLength, AngularSpeed, Inertia, RateOfJoint, Torque, TorqueOrForce
 
 
@@ -42,13 +42,7 @@ class FormulaEffort(Part):
     """
 
     kind: Literal["formula"] = "formula"
-    formula: str
-
-    @field_validator("formula")
-    @classmethod
-    def _can_be_read(cls, text: str) -> str:
-        Formula(text, ("t", "theta", "omega"))
-        return text
+    formula: Annotated[str, formula_of("t", "theta", "omega")]
 
     def at(self, time: Array, place: Array, rate: Array, start: float) -> Array:
         """Effort (N m or N) at times (s), with the joint's angle or stroke and its rate there, ``(times,)`` each."""
@@ -137,10 +131,8 @@ class SpeedController(Part):
     integral: Annotated[float, Field(ge=0)] = 0.0
 
     def at(self, time: Array, place: Array, rate: Array, start: float) -> Array:
-        """Effort (N m or N) at times (s), with the joint's angle or stroke and its rate there, ``(times,)`` each.
-
-        The integral of the error of the speed is that of the place, from the place `start` at time 0.
-        """
+        """Effort (N m or N) at times (s), with the joint's angle or stroke and its rate there, ``(times,)`` each."""
+        # the integral of the error of the speed is that of the place
         return self.proportional * (self.speed - rate) + self.integral * (self.speed * time - (place - start))
 
 
@@ -161,13 +153,7 @@ Effort = Annotated[
 
 
 def no_torque_speed(effort: Effort) -> float | None:
-    """Give the speed at which a motor has no torque (rad/s); None of what is no motor.
-
-    Parameters
-    ----------
-    effort
-        The law.
-    """
+    """Give the speed at which a motor has no torque (rad/s); None of what is no motor."""
     match effort:
         case DirectCurrentMotor():
             return effort.no_load_speed
@@ -177,41 +163,16 @@ def no_torque_speed(effort: Effort) -> float | None:
 
 
 def effort_of(effort: Effort, time: Array, state: tuple[Array, Array], start: float) -> Array:
-    """Effort on the second body of a joint (N m or N), ``(times,)``.
-
-    Parameters
-    ----------
-    effort
-        The law.
-    time
-        Times (s), ``(times,)``.
-    state
-        Angle (rad) or stroke (m) of the joint there, and its rate, ``(times,)`` each.
-    start
-        The joint's place at time 0.
-    """
+    """Effort on the second body (N m or N) at times (s), by place and rate of the joint, ``(times,)`` each."""
     return np.full_like(time, effort) if isinstance(effort, float) else effort.at(time, *state, start)
 
 
 def with_slopes(effort: Effort, time: Array, state: tuple[Array, Array], start: float) -> tuple[Array, Array, Array]:
-    """Effort on the second body of a joint, and its derivatives by place and rate, ``(times,)`` each.
-
-    Parameters
-    ----------
-    effort, time, state, start
-        As of `effort_of`.
-    """
-    none, one = np.zeros_like(time), np.ones_like(time)
+    """Effort on the second body of a joint, and its derivatives by place and rate, ``(times,)`` each."""
     if isinstance(effort, float):
-        return effort * one, none, none
+        return np.full_like(time, effort), np.zeros_like(time), np.zeros_like(time)
     law: Any = effort.at  # it takes jets as well
-
-    def moved(of_place: Array, of_rate: Array) -> Jet:
-        found: Jet = law(*(Jet(x, own, none) for x, own in zip((time, *state), (none, of_place, of_rate))), start)
-        return found
-
-    by_place, by_rate = moved(one, none), moved(none, one)
-    return by_place.value, by_place.first, by_rate.first
+    return slopes_of(lambda *moved: law(*moved, start), time, *state)
 
 
 class Freedom(Part):
@@ -247,28 +208,9 @@ class Freedom(Part):
         return self.speed or 0.0
 
     def held(self, theta: Array) -> Jet:
-        """Give the angle or stroke at the start, without derivatives, of the shape of theta.
-
-        Parameters
-        ----------
-        theta
-            Drive angles (rad), of any shape.
-        """
+        """Give the angle or stroke at the start, without derivatives, of the shape of theta."""
         return Jet(np.full_like(theta, self.start or 0.0), np.zeros_like(theta), np.zeros_like(theta))
 
     def effort_at(self, time: Array, place: Array, rate: Array) -> Array:
-        """Effort on the second body, with what accelerates the rotor in it.
-
-        Parameters
-        ----------
-        time
-            Times (s), ``(times,)``.
-        place, rate
-            Angle (rad) or stroke (m) of the joint there, and its rate, ``(times,)`` each.
-
-        Returns
-        -------
-        numpy.ndarray
-            N m or N, ``(times,)``.
-        """
+        """Effort on the second body (N m or N), with the rotor's share in it, ``(times,)``; see `effort_of`."""
         return effort_of(self.effort, time, (place, rate), self.start or 0.0)

@@ -97,33 +97,14 @@ def from_pylinkage(mechanism: Any, unit: str = "m") -> Scene:
 
 
 def imported(path: Path, unit: str | None) -> str:
-    """Give the text of a scene file, which states what a drawing or a file of pylinkage (.json) has.
-
-    Parameters
-    ----------
-    path
-        The file.
-    unit
-        Unit of its lengths; by default mm of a drawing, and m of pylinkage.
-
-    Raises
-    ------
-    SceneError
-        When it cannot be read, or is no linkage.
-    """
+    """Give the text of a scene file, which states what a drawing or a file of pylinkage (.json) has."""
     data = linked(_read_json(path), unit or "m") if path.suffix == ".json" else drawn(path, unit or "mm")
     Scene.read(data)
     return HEAD.format(file=path.name) + text_of(_plain(data))
 
 
 def drawn(path: Path, unit: str) -> dict[str, Any]:
-    """Give the data of a scene from a drawing.
-
-    Parameters
-    ----------
-    path, unit
-        As of `from_drawing`.
-    """
+    """Give the data of a scene from a drawing."""
     from fenics_mech.scene.drawing import completed  # noqa: PLC0415  (most scenes have none)
 
     table = {"file": path.name, "unit": unit} | OF_MEMBERS
@@ -147,15 +128,7 @@ def _read_json(path: Path) -> dict[str, Any]:
 
 
 def linked(data: dict[str, Any], unit: str) -> dict[str, Any]:
-    """Give the data of a scene from what pylinkage writes about a mechanism.
-
-    Parameters
-    ----------
-    data
-        Joints and links, as `mechanism_to_dict` of pylinkage gives them.
-    unit
-        Unit of its lengths.
-    """
+    """Give the data of a scene from what pylinkage writes about a mechanism."""
     check_texts(data, ("pylinkage",))
     try:
         return _linked(data, unit)

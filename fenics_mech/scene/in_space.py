@@ -13,20 +13,22 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import OverCycle
-from fenics_mech.scene.base import SCENE, Name, Part, PointName, check_known, check_texts
+from fenics_mech.scene.base import SCENE, Name, Part, PointName, check_known, check_texts, place_in
 from fenics_mech.scene.bodies import MESH, Material
+from fenics_mech.scene.damping_options import Ratios
 from fenics_mech.scene.drives import Drive, common_rate
-from fenics_mech.scene.paths import place_in
 from fenics_mech.scene.sections.plain import ISection, Positive, RectangleSection, RoundSection, TubeSection
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
 from fenics_mech.scene.units import (
     Acceleration,
     Angle,
+    AngularSpeed,
     Area,
     Force,
     Inertia,
     Length,
     Mass,
+    Rate,
     SecondMoment,
     SectionModulus,
     Time,
@@ -40,10 +42,11 @@ NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 AtPlace = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*)?))?$")]
 GAP = 1e-6  # of the machine's size, by which points of a joint may miss each other: digits of a written coordinate
 PARALLEL = 1e-6  # sine of the angle between two directions that are to differ
+NEAR = 1e-4  # of a member's length between places along it: 1e-5 loses its bending to rounding
 MEETING = ("revolute", "ball", "universal", "weld")  # kinds whose two points are one
-WITH_AXIS = ("revolute", "cylinder", "slider", "plane")
+WITH_AXIS = ("revolute", "cylinder", "slider", "slot", "plane")
 TURNING = ("revolute", "cylinder", "plane")  # kinds with an angle, which a drive, a spring or a damper may take
-SLIDING = ("cylinder", "slider")  # kinds with a stroke
+SLIDING = ("cylinder", "slider", "slot")  # kinds with a stroke
 
 
 class SpatialCustomSection(Part):
@@ -269,7 +272,8 @@ class SpatialJoint(Part):
         A point of each, "link.point" or "ground.point".
     kind
         "revolute" turns about its axis, "ball" in all directions, "universal" about two axes; "cylinder" turns about
-        and slides along its axis, "slider" slides along it, "plane" slides across it and turns; "weld" holds.
+        and slides along its axis, "slider" slides along it, "slot" guides a ball along it, "plane" slides across it
+        and turns; "weld" holds.
     axis
         Direction of the axis in the drawn position; of a plane its normal.
     axes
@@ -284,7 +288,7 @@ class SpatialJoint(Part):
     """
 
     connect: tuple[PointName, PointName]
-    kind: Literal["revolute", "ball", "universal", "cylinder", "slider", "plane", "weld"] = "revolute"
+    kind: Literal["revolute", "ball", "universal", "cylinder", "slider", "slot", "plane", "weld"] = "revolute"
     axis: Way | None = None
     axes: tuple[Way, Way] | None = None
     misaligned: Misalignment | None = None
@@ -302,6 +306,8 @@ class SpatialJoint(Part):
             self.axes is not None and self.kind != "universal"
         ):
             raise ValueError(f"a {self.kind} joint has no such direction: leave `axis` or `axes` out")
+        if self.misaligned is not None and self.kind == "ball":
+            raise ValueError("a ball has no axis that could lean: leave `misaligned` out")
         for way in (self.axis, *(self.axes or ()), None if self.misaligned is None else self.misaligned.about):
             if way is not None and not any(way):
                 raise ValueError("a direction of three zeros is none")
@@ -429,12 +435,18 @@ Drives = Annotated[
 
 
 class SpatialDamping(Part):
-    """Damping of the elastic motion in space.
+    """Damping of the elastic motion in space; what is stated adds up.
 
     Parameters
     ----------
+    ratio
+        Damping ratio of all modes, or one per mode (the last holds for the rest), of a periodic motion.
     material
         Retardation time of the material (s): its stress is the modulus times the strain plus this times its rate.
+    external
+        Drag of the surroundings on the velocity, in proportion to the mass (1/s).
+    relative
+        The same on the velocity relative to the rigid motion (1/s).
 
     Examples
     --------
@@ -442,7 +454,10 @@ class SpatialDamping(Part):
     0.0005
     """
 
+    ratio: Ratios = 0.0
     material: Annotated[Time, Field(ge=0)] = 0.0
+    external: Annotated[Rate, Field(ge=0)] = 0.0
+    relative: Annotated[Rate, Field(ge=0)] = 0.0
 
 
 class SpatialMesh(Part):
@@ -469,9 +484,17 @@ class SpatialAnalysis(Part):
     ----------
     method
         "periodic" finds the motion that repeats every cycle, "quasi-static" the equilibrium at each position with the
-        inertia of the rigid motion, "static" the one at the drawn position, at rest.
+        inertia of the rigid motion, "static" the one at the drawn position, at rest. "transient" follows the motion in
+        time from the drawn position, with the velocities of rigid links.
     positions
-        Positions of the cycle at which results are given, and steps in which it is solved.
+        Positions of the cycle at which results are given, and steps in which it is solved; or even instants.
+    duration
+        Of a motion in time (s).
+    start_speeds
+        Of a motion in time: angular speeds of joints at its start, by name (rad/s). What neither a drive nor these lead
+        starts as slowly as it can.
+    time_tolerance
+        Of a motion in time: largest error of a coordinate in a step, over the size of the machine.
     stations
         Places along each member at which results are given.
     modes
@@ -489,13 +512,24 @@ class SpatialAnalysis(Part):
     'periodic'
     """
 
-    method: Literal["periodic", "quasi-static", "static"] = "periodic"
+    method: Literal["periodic", "quasi-static", "static", "transient"] = "periodic"
     positions: Annotated[int, Field(ge=8, le=100_000)] = 60
+    duration: Annotated[Time, Field(gt=0)] | None = None
+    start_speeds: dict[Name, AngularSpeed] = Field(default_factory=dict)
+    time_tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-6
     stations: Annotated[int, Field(ge=2, le=SCENE.most_stations)] = 11
     modes: Annotated[int, Field(ge=0, le=200)] = 6
     multipliers: Annotated[int, Field(ge=0, le=50)] = 4
     error_estimates: bool = True
     allow_unstable: bool = False
+
+    @model_validator(mode="after")
+    def _is_timed(self) -> Self:
+        if (self.method == "transient") != (self.duration is not None):
+            raise ValueError('a motion in time needs its duration: method = "transient" and `duration` stand together')
+        if self.start_speeds and self.method != "transient":
+            raise ValueError('`start_speeds` are of a motion in time: write method = "transient"')
+        return self
 
 
 class SpatialScene(Part):
@@ -741,12 +775,31 @@ def _check_acting(scene: SpatialScene) -> None:
                     _check_point(scene, at, f"{place}.at")
             for point in getattr(part, "between", ()):
                 _check_point(scene, point, f"{place}.between")
+            if between := getattr(part, "between", ()):
+                first, last = (np.array(scene.point(point)[1]) for point in between)
+                if np.linalg.norm(last - first) <= GAP * scene.size:
+                    raise SceneError(
+                        f"the points {between[0]} and {between[1]} are at one place, and what acts along a line "
+                        "between them has no direction",
+                        place=f"{place}.between",
+                        hint="Name two places, or a joint for what acts about its axis",
+                    )
             if (joint := getattr(part, "joint", None)) is not None:
                 check_known(joint, scene.joints, "joint", f"{place}.joint")
                 needed = SLIDING if getattr(part, "push", 0.0) else TURNING
                 _check_freedom(scene, joint, needed, f"{place}.joint")
                 if isinstance(part, SpatialTorque) and bool(part.torque) == bool(part.push):
                     raise SceneError("a load at a joint has either a torque or a push", place=place)
+    for label, inside in scene.places_inside().items():
+        places = np.unique([0.0, *inside, 1.0])
+        if (gaps := np.diff(places)).min() < (1 - GAP) * NEAR:
+            k = int(np.argmin(gaps))
+            raise SceneError(
+                f"the places {places[k]:.12g} and {places[k + 1]:.12g} along member {label} are {gaps[k]:.3g} of its "
+                f"length apart, and an element between them is stiff beyond rounding: expected {NEAR:g} at least",
+                place="links",
+                hint="Name one place for both, or the member's end",
+            )
     driven: set[str] = set()
     for number, drive in enumerate(scene.drives):
         place = "drive" if len(scene.drives) == 1 else f"drive.{number}"
@@ -759,7 +812,19 @@ def _check_acting(scene: SpatialScene) -> None:
         if drive.joint in driven:
             raise SceneError(f"joint {drive.joint!r} is driven twice", place=f"{place}.joint")
         driven.add(drive.joint)
-    if scene.analysis.method != "static" and not scene.drives:
+    for joint in scene.analysis.start_speeds:
+        place = f"analysis.start_speeds.{joint}"
+        check_known(joint, scene.joints, "joint", place)
+        _check_freedom(scene, joint, TURNING, place)
+        if joint in driven:
+            raise SceneError(f"joint {joint!r} is driven, which gives its speed", place=place)
+    if scene.damping.ratio and scene.analysis.method == "transient":
+        raise SceneError(
+            "damping ratios are those of modes about a cycle, which a motion in time in space does not have",
+            place="damping.ratio",
+            hint="State damping.material or damping.external",
+        )
+    if scene.analysis.method not in ("static", "transient") and not scene.drives:
         raise SceneError(
             f"a {scene.analysis.method} answer needs a drive, and the scene has none: there is no cycle",
             place="analysis.method",

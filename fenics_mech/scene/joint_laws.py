@@ -6,9 +6,9 @@ Friction and stops act beside the constraint of a joint. A clearance or a bushin
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Part
@@ -99,15 +99,13 @@ class Friction(AtJoint):
     width: Width = 1e-8
     belt_speed: Speed = 0.0
 
-    @model_validator(mode="after")
-    def _falls(self) -> Self:
+    def _check_keys(self) -> None:
         if self.static is not None and self.static < self.coefficient:
             raise ValueError(
                 f"the static coefficient {self.static:g} is less than that of fast sliding, {self.coefficient:g}"
             )
         if (self.static is None) != (self.stribeck is None):
             raise ValueError("`static` and `stribeck` go together: the friction falls from one speed to another")
-        return self
 
 
 class Stop(AtJoint):
@@ -133,29 +131,15 @@ class Stop(AtJoint):
     lower: AngleOrLength | None = None
     upper: AngleOrLength | None = None
 
-    @model_validator(mode="after")
-    def _leaves_room(self) -> Self:
+    def _check_keys(self) -> None:
         if self.lower is None and self.upper is None:
             raise ValueError("a stop needs `lower`, `upper` or both")
         if self.lower is not None and self.upper is not None and self.lower >= self.upper:
             raise ValueError(f"the lower limit {self.lower:g} is not below the upper one, {self.upper:g}")
-        return self
 
 
 class LooseJoint(AtJoint):
-    """A joint whose bodies touch with clearance, instead of its constraint.
-
-    Parameters
-    ----------
-    joint
-        The joint.
-    contact
-        How they push each other.
-    friction
-        Coefficient of dry friction between them.
-    width
-        Sliding speed at which 76 % of the friction act (m/s).
-    """
+    """A joint whose bodies touch with clearance, instead of its constraint."""
 
     contact: Contact
     friction: Coefficient = 0.0
@@ -191,13 +175,11 @@ class Clearance(LooseJoint):
     radial: Annotated[Length, Field(gt=0)]
     radius: Annotated[Length, Field(gt=0)]
 
-    @model_validator(mode="after")
-    def _has_a_journal(self) -> Self:
+    def _check_keys(self) -> None:
         if self.radial >= self.radius:
             raise ValueError(
                 f"the clearance {self.radial:g} m is not less than the radius of the bearing, {self.radius:g} m"
             )
-        return self
 
 
 class GuideClearance(LooseJoint):
@@ -295,22 +277,12 @@ class JointEffort(AtJoint):
     kind: Literal["joint-effort"] = "joint-effort"
     effort: Effort
 
-    @model_validator(mode="after")
-    def _needs_no_start(self) -> Self:
+    def _check_keys(self) -> None:
         if isinstance(self.effort, SpeedController) and self.effort.integral:
             raise ValueError("the integral of a speed's error is known at freedoms: state this effort at one")
-        return self
 
     def effort_at(self, time: Array, place: Array, rate: Array) -> Array:
-        """Effort on the second body (N m or N), ``(states,)``.
-
-        Parameters
-        ----------
-        time
-            Times (s), ``(states,)``.
-        place, rate
-            Angle (rad) or stroke (m) of the joint there, and its rate, ``(states,)`` each.
-        """
+        """Effort on the second body (N m or N) at times (s), by place and rate of the joint, ``(states,)`` each."""
         return effort_of(self.effort, time, (place, rate), 0.0)
 
 
@@ -328,13 +300,7 @@ class PluggedEffort(AtJoint, ABC):
 
     @abstractmethod
     def effort_at(self, time: Array, place: Array, rate: Array) -> Array:
-        """Effort on the second body (N m or N), ``(states,)``.
-
-        Parameters
-        ----------
-        time, place, rate
-            As of `JointEffort`.
-        """
+        """Effort on the second body (N m or N) at times (s), by place and rate of the joint, ``(states,)`` each."""
 
 
 OneJointLaw = Friction | Stop | Clearance | GuideClearance | SideContact | Bushing | JointEffort

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Container, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -12,11 +11,22 @@ from fenics_mech.scene.base import Name, Part, PointName
 from fenics_mech.scene.design import Pin
 from fenics_mech.scene.units import Angle
 
-if TYPE_CHECKING:
-    from fenics_mech.scene.models import Scene
+
+class Connection(Part):
+    """What all joints have in common: points that they connect, and what they hold there."""
+
+    takes: ClassVar[int]  # freedoms in the plane, of each body but the first
+    slides: ClassVar[bool] = False  # its drive leads a stroke (m), and no angle (rad)
+    kind: str
+    connect: tuple[PointName, ...]
+
+    @property
+    def bodies(self) -> list[str]:
+        """Bodies of the points."""
+        return [point.split(".")[0] for point in self.connect]
 
 
-class Revolute(Part):
+class Revolute(Connection):
     """A pin through two or more points.
 
     Parameters
@@ -32,13 +42,14 @@ class Revolute(Part):
     'revolute'
     """
 
+    takes = 2
     member: ClassVar[None] = None  # along which no pin travels, as in a slot
     kind: Literal["revolute"] = "revolute"
     connect: Annotated[tuple[PointName, ...], Field(min_length=2)]
     pin: Pin | None = None
 
 
-class Weld(Part):
+class Weld(Connection):
     """Two points and the rotations of their bodies made one; on the ground it is a fixed support.
 
     Parameters
@@ -54,13 +65,14 @@ class Weld(Part):
     1.5708
     """
 
+    takes = 3
     member: ClassVar[None] = None
     kind: Literal["weld"] = "weld"
     connect: tuple[PointName, PointName]
     angle: Angle = 0.0
 
 
-class Slot(Part):
+class Slot(Connection):
     """A pin of the second body that slides along a straight guide of the first and may turn; a roller on the ground.
 
     Parameters
@@ -78,13 +90,14 @@ class Slot(Part):
     'slot'
     """
 
+    takes, slides = 1, True
     kind: Literal["slot"] = "slot"
     connect: tuple[PointName, PointName]
     angle: Angle = 0.0
     member: Name | None = None
 
 
-class Prismatic(Part):
+class Prismatic(Connection):
     """A slot in which the second body cannot turn against the first.
 
     Parameters
@@ -100,6 +113,7 @@ class Prismatic(Part):
     'CD'
     """
 
+    takes, slides = 2, True
     kind: Literal["prismatic"] = "prismatic"
     connect: tuple[PointName, PointName]
     angle: Angle = 0.0
@@ -107,66 +121,34 @@ class Prismatic(Part):
     turn: Angle = 0.0
 
 
+def _kind(value: Any) -> Any:
+    return value.get("kind", "revolute") if isinstance(value, dict) else getattr(value, "kind", None)
+
+
 Joint = Annotated[
     Annotated[Revolute, Tag("revolute")]
     | Annotated[Weld, Tag("weld")]
     | Annotated[Slot, Tag("slot")]
     | Annotated[Prismatic, Tag("prismatic")],
-    Discriminator(
-        lambda value: value.get("kind", "revolute") if isinstance(value, dict) else getattr(value, "kind", None)
-    ),
+    Discriminator(_kind),
 ]
 
 
 def members_under_pins(joints: Mapping[str, Joint], members: Container[str]) -> dict[str, str]:
-    """Give the label of the member along which the pin of a joint travels, by the joint's name.
-
-    Parameters
-    ----------
-    joints
-        The joints, by name; most have no such pin.
-    members
-        Labels of the members of all links.
-    """
-    links = {name: joint.connect[0].split(".")[0] for name, joint in joints.items() if joint.member is not None}
+    """Give the labels of the members along which pins travel, by their joints; `members` are all labels."""
+    links = {name: joint.bodies[0] for name, joint in joints.items() if joint.member is not None}
     return {name: link if link in members else f"{link}.{joints[name].member}" for name, link in links.items()}
 
 
-def size_at(scene: Scene, joint: str) -> float:
-    """Largest distance between two points of the links at a joint (m).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    joint
-        Name of the joint.
-    """
-    bodies = (point.split(".")[0] for point in scene.joints[joint].connect)
-    found = [list(scene.links[body].points.values()) for body in bodies if body != "ground"]
-    return max((math.dist(a, b) for points in found for a in points for b in points), default=0.0)
-
-
 def joint_names(joints: Mapping[str, Joint]) -> list[str]:
-    """Give the names of joint forces: one to a joint, or "joint:body" for every body on a pin but the first.
-
-    Parameters
-    ----------
-    joints
-        The joints, by name.
-    """
-    bodies = {name: [point.split(".")[0] for point in joint.connect[1:]] for name, joint in joints.items()}
-    return [name if len(there) == 1 else f"{name}:{body}" for name, there in bodies.items() for body in there]
+    """Give the names of joint forces: one to a joint, or "joint:body" for every body on a pin but the first."""
+    return [
+        name if len(joint.bodies) == 2 else f"{name}:{body}"
+        for name, joint in joints.items()
+        for body in joint.bodies[1:]
+    ]
 
 
 def effort_units(moved: Sequence[str], joints: Mapping[str, Joint]) -> list[str]:
-    """Give the unit of each drive's effort: N where it slides, N m where it turns.
-
-    Parameters
-    ----------
-    moved
-        Joints of the drives and the freedoms.
-    joints
-        The joints, by name.
-    """
-    return ["N" if isinstance(joints[name], Slot | Prismatic) else "N m" for name in moved]
+    """Give the unit of each drive's effort: N where it slides, N m where it turns."""
+    return ["N" if joints[name].slides else "N m" for name in moved]

@@ -3,87 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any, Self
-
-from pydantic import Field, model_validator
+from typing import TypeVar
 
 from fenics_mech.errors import MechanismError, SceneError, shortened
-from fenics_mech.scene.base import Name, Part, check_known
-from fenics_mech.scene.paths import place_in
-from fenics_mech.scene.units import Share
+from fenics_mech.scene.base import check_known, place_in
+from fenics_mech.scene.load_case import LoadCase
+from fenics_mech.scene.scene_data import SceneData
 
-if TYPE_CHECKING:
-    from fenics_mech.scene.models import Scene
-
-MOST_CASES = 100
+AnyScene = TypeVar("AnyScene", bound=SceneData)
 CHANGED = (  # parts that a case may change; members, joints and places are the same in all, so that peaks compare
     *("drive", "loads", "impulses", "gravity", "masses", "springs", "dampers", "joint_laws"),
     *("freedoms", "damping", "effects", "analysis"),
 )
-TAGS = {"kind", "shape"}  # a table with one of them is whole by itself
 CYCLES = 5e8  # of the machine, that members are to last: those for which endurance of aluminium is given
 WHOLE = 1e-6  # by which shares of time may differ from 1 in all
 
 
-class LoadCase(Part):
-    """A load case: what differs from the scene. One run answers all cases, and tells the governing one.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    set
-        Values of keys of the scene in this case, as the scene states them: of its drive, loads, impulses, gravity,
-        masses, springs, dampers, joint laws, freedoms, damping, effects or analysis.
-    off
-        Names of loads and impulses that do not act in it.
-    cycles
-        Cycles of the machine that it runs in this case in its life. They count where a material states a stress-life
-        curve.
-    share
-        Or the share of the running time, of `design.cycles` in all.
-
-    Examples
-    --------
-    >>> case = fm.LoadCase(name="overspeed", set={"drive": {"speed": "400 rpm"}})
-    >>> scene = fm.load("demos/four_bar.toml").changed(cases=[case])
-    >>> round(fm.in_case(scene, "overspeed").drive.speed, 3)
-    41.888
-    """
-
-    name: Name
-    set: dict[str, Any] = Field(default_factory=dict)
-    off: tuple[Name, ...] = ()
-    cycles: Annotated[float, Field(ge=0, le=1e15)] | None = None
-    share: Annotated[Share, Field(ge=0, le=1)] | None = None
-
-    @model_validator(mode="after")
-    def _counts_one_way(self) -> Self:
-        if self.cycles is not None and self.share is not None:
-            raise ValueError("give either `cycles` or `share`, not both")
-        return self
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """The changed values by dotted path."""
-        return dict(_leaves(self.set, ""))
-
-
-Cases = Annotated[tuple[LoadCase, ...], Field(max_length=MOST_CASES)]
-
-
-def _leaves(table: Mapping[str, Any], above: str) -> Iterator[tuple[str, Any]]:
-    """Give what nested tables state, by dotted path; a table that says of which kind it is stays whole."""
-    for key, value in table.items():
-        if isinstance(value, Mapping) and value and not TAGS & value.keys():
-            yield from _leaves(value, f"{above}{key}.")
-        else:
-            yield f"{above}{key}", value
-
-
-def in_case(scene: Scene, name: str) -> Scene:
+def in_case(scene: AnyScene, name: str) -> AnyScene:
     """Give a scene as it is in one of its load cases; it has none itself.
 
     Parameters
@@ -120,7 +58,7 @@ def in_case(scene: Scene, name: str) -> Scene:
         check_known(load, [*scene.loads, *scene.impulses], "load or impulse", f"{place}.off")
         data["loads"].pop(load, None)
         data["impulses"].pop(load, None)
-    data["name"] = title_of(scene.name, name)
+    data["name"] = f"{scene.name}, case {name}"
     if (cycles := cycles_of(scene).get(name)) is not None:
         data["design"]["cycles"] = max(cycles, 1.0)
     try:
@@ -133,14 +71,8 @@ def in_case(scene: Scene, name: str) -> Scene:
 
 
 @contextmanager
-def told_of_case(name: str) -> Iterator[None]:
-    """Name a load case in errors about it.
-
-    Parameters
-    ----------
-    name
-        The name of the case.
-    """
+def about_case(name: str) -> Iterator[None]:
+    """Name a load case in errors about it."""
     try:
         yield
     except SceneError as error:
@@ -150,54 +82,21 @@ def told_of_case(name: str) -> Iterator[None]:
         raise
 
 
-def refuse_cases(scene: Scene, what: str) -> None:
-    """Raise `SceneError` where a scene has load cases, and what is asked for is of one.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    what
-        What is asked for, in words.
-    """
+def refuse_cases(scene: SceneData, what: str) -> None:
+    """Raise `SceneError` where a scene has load cases, and what is asked for is of one."""
     if scene.cases:
         names = ", ".join(case.name for case in scene.cases)
         hint = f"Take it in one of {names}: by in_case(scene, name), or SCENE@CASE.toml as the name of the file"
         raise SceneError(f"the scene has load cases, and {what} is of one", place="cases", hint=hint)
 
 
-def title_of(scene: str, case: str) -> str:
-    """Name a scene in one of its cases.
-
-    Parameters
-    ----------
-    scene, case
-        Their names.
-    """
-    return f"{scene}, case {case}"
-
-
-def scenes_of(scene: Scene) -> dict[str, Scene]:
-    """Give the scene in each of its load cases, by their names.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+def scenes_of(scene: AnyScene) -> dict[str, AnyScene]:
+    """Give the scene in each of its load cases, by their names."""
     return {case.name: in_case(scene, case.name) for case in scene.cases}
 
 
-def cycles_of(scene: Scene) -> dict[str, float]:
-    """Give the cycles that the machine runs in each load case in its life; none where the cases do not state them.
-
-    Shares are of time: a case at twice the speed has twice the cycles in it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+def cycles_of(scene: SceneData) -> dict[str, float]:
+    """Give the cycles that the machine runs in each load case in its life; none where the cases do not state them."""
     if all(case.cycles is not None for case in scene.cases):
         return {case.name: float(case.cycles or 0.0) for case in scene.cases}
     if any(case.share is None for case in scene.cases):
@@ -207,7 +106,7 @@ def cycles_of(scene: Scene) -> dict[str, float]:
     return {name: rate * in_all for name, rate in rates.items()}
 
 
-def _speed(scene: Scene, case: LoadCase) -> float:
+def _speed(scene: SceneData, case: LoadCase) -> float:
     """Rate of the cycle in a case (rad/s)."""
     if not scene.drives:
         return 1.0
@@ -215,14 +114,8 @@ def _speed(scene: Scene, case: LoadCase) -> float:
     return abs(scene.model_copy(update={"cases": ()}).changed(driven).cycle_rate)
 
 
-def check_cases(scene: Scene) -> None:
-    """Raise `SceneError` where load cases have one name, count cycles in different ways, or are not valid.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+def check_cases(scene: SceneData) -> None:
+    """Raise `SceneError` where load cases have one name, count cycles in different ways, or are not valid."""
     names = [case.name for case in scene.cases]
     if twice := next((name for name in names if names.count(name) > 1), ""):
         raise SceneError(f"two load cases have the name {twice!r}", place="cases", hint="Give each its own")

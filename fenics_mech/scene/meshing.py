@@ -15,13 +15,7 @@ from fenics_mech.scene.models import Scene
 
 
 def nodes_of(mesh: Mesh) -> Array:
-    """Nodes along a member with this mesh, 0 to 1 of its length, shape ``(elements + 1,)``.
-
-    Parameters
-    ----------
-    mesh
-        The mesh: its stations, or number and grading of its elements.
-    """
+    """Nodes along a member with this mesh, 0 to 1 of its length, shape ``(elements + 1,)``."""
     if mesh.stations is not None:
         return np.array(mesh.stations)
     lengths = mesh.grading ** np.arange(mesh.elements)
@@ -29,23 +23,9 @@ def nodes_of(mesh: Mesh) -> Array:
 
 
 def member_nodes(scene: Scene, label: str, loads_at_nodes: bool, traced: bool = False) -> Array:
-    """Nodes along a member of a scene, 0 to 1 of its length, shape ``(elements + 1,)``.
-
-    A load inside the member has a node, which replaces a node of the mesh that is very near. Where it would make a
-    short element beside a long one, the long one carries the load inside: the shear force of an element loses digits as
-    the cube of its length.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    label
-        "link", or "link.member" where the link has several members.
-    loads_at_nodes
-        Whether no element carries a load inside it, as with the effects that state so.
-    traced
-        Whether points that are traced have nodes too, as loads have.
-    """
+    """Nodes along a member of a scene, 0 to 1 of its length, shape ``(elements + 1,)``."""
+    # A load has a node, which replaces one of the mesh that is very near. Where it would make a short element beside a
+    # long one, the long one carries it inside: the shear force of an element loses digits as the cube of its length.
     _, member = scene.members()[label]
     nodes, places = nodes_of(member.mesh or scene.mesh), np.array(scene.loaded_places(traced).get(label, []))
     distance = np.abs(nodes[:, None] - places)
@@ -60,11 +40,9 @@ def member_nodes(scene: Scene, label: str, loads_at_nodes: bool, traced: bool = 
 
 
 def _in_need_of_nodes(scene: Scene, label: str) -> list[float]:
-    """Places of a member at which what acts cannot be carried inside elements.
-
-    They carry forces exactly in linear statics where they are uniform, rigid in shear and have their neutral line on
-    the member's axis. What follows the rotation there, and blows, need a node. So do vibrations.
-    """
+    """Places of a member at which what acts cannot be carried inside elements."""
+    # Elements carry forces exactly in linear statics, if uniform, rigid in shear and with their neutral line on the
+    # axis.
     section = scene.sections[scene.members()[label][1].section]
     linear = section.constant and not scene.rigidity(label, np.zeros(1)).neutral.any()
     if not linear or scene.analysis.method not in ("static", "quasi-static"):
@@ -106,22 +84,14 @@ def refined(scene: Scene, times: int) -> Scene:
         return scene
     elements = sum(len(nodes_of(member.mesh or scene.mesh)) - 1 for _, member in scene.members().values())
     if times > 40 or elements * 2**times > MESH.most_refined:
-        raise SceneError(
-            f"refining {elements} elements {times} times gives more than {MESH.most_refined:,} elements",
-            place="mesh",
-            hint="Refine less often",
-        )
+        what = f"refining {elements} elements {times} times gives more than {MESH.most_refined:,} elements"
+        hint = "Refine less often"
+        raise SceneError(what, place="mesh", hint=hint)
     return with_meshes(scene, _halved(scene.mesh, times), lambda mesh: _halved(mesh, times))
 
 
 def with_halves(scene: Scene) -> Scene:
-    """Halve every element that a scene is meshed with, those at loads and traced points inside members too.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Halve every element that a scene is meshed with, those at loads and traced points inside members too."""
     links = dict(scene.links)
     for label, (link, member) in scene.members().items():
         nodes = member_nodes(scene, label, loads_at_nodes=True, traced=True)
@@ -134,15 +104,7 @@ def with_halves(scene: Scene) -> Scene:
 
 
 def with_elements(scene: Scene, count: int) -> Scene:
-    """Give every member so many elements; one whose nodes are stated has its own cut into at least that many.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    count
-        Elements of each member.
-    """
+    """Give every member so many elements; one whose nodes are stated has its own cut into at least that many."""
 
     def cut(mesh: Mesh) -> Mesh:
         if mesh.stations is None:
@@ -153,17 +115,7 @@ def with_elements(scene: Scene, count: int) -> Scene:
 
 
 def with_meshes(scene: Scene, mesh: Mesh, own: Callable[[Mesh], Mesh | None]) -> Scene:
-    """Give a scene another mesh; `own` makes that of a member which has one of its own, or None for the scene's.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    mesh
-        Its new mesh.
-    own
-        Gives the new mesh of a member from its present one.
-    """
+    """Give a scene another mesh; `own` makes that of a member which has one of its own, or None for the scene's."""
     links = {}
     for name, link in scene.links.items():
         members = {

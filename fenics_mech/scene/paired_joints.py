@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
@@ -15,27 +15,13 @@ from fenics_mech.scene.units import Angle, Length, Speed, TorsionalDamping, Tors
 
 
 class AtJoint(Part):
-    """What acts at a joint.
-
-    Parameters
-    ----------
-    joint
-        Name of the joint.
-    """
+    """What acts at a joint."""
 
     joint: Name
 
 
 class PairedJoints(AtJoint):
-    """What couples a pin to another joint.
-
-    Parameters
-    ----------
-    joint
-        The pin of two bodies whose angle it takes.
-    drives
-        The joint of two bodies that it moves.
-    """
+    """What couples a pin to another joint."""
 
     drives: Name
 
@@ -74,13 +60,11 @@ class GearPair(PairedJoints):
     damping: Annotated[TorsionalDamping, Field(ge=0)] = 0.0
     pressure_angle: Annotated[Angle, Field(ge=0, lt=np.pi / 2)] | None = None
 
-    @model_validator(mode="after")
-    def _turns_something(self) -> Self:
+    def _check_keys(self) -> None:
         if self.ratio == 0:
             raise ValueError("the ratio must not be 0: the driven pin would not turn")
         if self.ratio == 1 and self.pressure_angle is not None:
             raise ValueError("gears of ratio 1 do not mesh: leave out the `pressure_angle` of a belt or a shaft")
-        return self
 
 
 class Cam(PairedJoints):
@@ -124,18 +108,10 @@ class Cam(PairedJoints):
     radius: Annotated[Length, Field(gt=0)] | None = None
     width: Annotated[Speed, Field(gt=0)] = 1e-3
 
-    @model_validator(mode="after")
-    def _rubs_somewhere(self) -> Self:
+    def _check_keys(self) -> None:
         if self.friction and self.radius is None:
             raise ValueError("a cam that rubs needs the `radius` of its base circle")
-        return self
 
     def lift_at(self, angle: Array) -> Jet:
-        """Lift (m or rad) and two derivatives by the cam's angle (rad), of the shape of the angle.
-
-        Parameters
-        ----------
-        angle
-            Angles of the cam, over any number of turns.
-        """
+        """Lift (m or rad) and two derivatives by the cam's angle (rad), of the shape of the angle."""
         return self.lift.jet(np.mod(angle, 2 * np.pi))

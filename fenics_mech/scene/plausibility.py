@@ -14,30 +14,17 @@ import numpy as np
 
 from fenics_mech._constants import TURN
 from fenics_mech.scene.applied_loads import FactorExpression, FactorTable, LineLoad, Pulse
+from fenics_mech.scene.bodies import Material
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.plausible_limits import USUAL, Found, likely
-from fenics_mech.scene.plausible_materials import lengths_of, materials
-from fenics_mech.scene.plausible_motion import bending_strain, drives_of, motion, turns
+from fenics_mech.scene.plausible_motion import bending_strain, motion
 from fenics_mech.scene.sections import CustomSection, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 from fenics_mech.scene.units import OfTurning
 
-STIFFENING = "geometric-stiffness"  # the effect whose axial forces may settle
-
 
 def implausible(scene: Scene) -> tuple[str, ...]:
-    """Find what a scene states and hardly means.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    tuple
-        One sentence for each: the place in the scene, the value in SI, and what is likely meant.
-    """
+    """Find what a scene states and hardly means: a sentence for each, with the place and the value in SI."""
     found: dict[str, str] = {}  # the first about each place
     groups = (ALONE, *IN_TURN) if scene.members() else ()  # numbers are compared with those of members
     for checks in groups:
@@ -48,6 +35,58 @@ def implausible(scene: Scene) -> tuple[str, ...]:
         if checks is not ALONE and len(found) > before:
             break
     return tuple(f"{place}: {what}" for place, what in found.items())
+
+
+def _materials(scene: Scene) -> Found:
+    """Compare density, modulus, shear modulus and strength of each material with those of engineering materials."""
+    for name, material in scene.materials.items():
+        place, e, rho = f"materials.{name}", material.modulus, material.density
+        if e > USUAL.stiffest and _only_short(scene, name):
+            stands = "where it stands for what does not bend, state a member's `offset`, or a `rigid` link and a weld"
+            yield f"{place}.modulus", f"{e:.6g} Pa is the modulus of no engineering material: {stands}"
+            continue
+        heavy, stiff = USUAL.lightest <= rho <= USUAL.heaviest, USUAL.softest <= e <= USUAL.stiffest
+        if not heavy:
+            units = (("g/cm^3", 1e3), ("kg/mm^3", 1e9), ("t/mm^3", 1e12), ("g/m^3", 1e-3))
+            meant = likely(rho, "kg/m^3", units, 500, USUAL.heaviest)
+            yield f"{place}.density", f"{rho:.6g} kg/m^3 is the density of no engineering material{meant}"
+        if not stiff:
+            units = (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("", 1e-6))
+            meant = likely(e, "Pa", units, 1e9, USUAL.stiffest)
+            yield f"{place}.modulus", f"{e:.6g} Pa is the modulus of no engineering material{meant}"
+        speed = math.sqrt(e / rho)
+        if heavy and stiff and not USUAL.slowest <= speed <= USUAL.fastest:
+            fitting = [e * f for f in (1e6, 1e3, 1e-3) if USUAL.slowest < math.sqrt(e * f / rho) < USUAL.fastest]
+            meant = f": {fitting[0]:.4g} Pa may be meant, or a density in another unit" if fitting else ""
+            yield (
+                f"{place}.modulus",
+                f"{e:.6g} Pa with {rho:.6g} kg/m^3 makes a speed of sound of {speed:.3g} m/s, and materials of "
+                f"machines have {USUAL.slowest:g} to {USUAL.fastest:g}{meant}",
+            )
+        yield from _of_shear_and_strength(place, material)
+
+
+def _only_short(scene: Scene, material: str) -> bool:
+    """Whether all members of a material are short beside the longest of another: arms that are made stiff."""
+    lengths = _lengths(scene)
+    own = [lengths[label] for label, (_, member) in scene.members().items() if member.material == material]
+    others = [lengths[label] for label, (_, member) in scene.members().items() if member.material != material]
+    return max(own, default=0.0) < USUAL.short_arm * max(others, default=0.0)
+
+
+def _of_shear_and_strength(place: str, material: Material) -> Found:
+    e, g, strength = material.modulus, material.shear_modulus, material.strength
+    if g is not None and not USUAL.least_shear <= g / e <= USUAL.largest_shear:
+        meant = likely(g, "Pa", (("MPa", 1e6), ("GPa", 1e9), ("", 1e3), ("", 1e-3)), e / 50, e / 2)
+        yield f"{place}.shear_modulus", f"{g:.6g} Pa is {g / e:.2g} times Young's modulus{meant}"
+    if strength is not None and not USUAL.weakest * e <= strength <= USUAL.strongest:
+        meant = likely(strength, "Pa", (("MPa", 1e6), ("kPa", 1e3), ("", 1e-6)), 1e-4 * e, 0.1 * e)
+        yield f"{place}.strength", f"{strength:.6g} Pa beside a modulus of {e:.6g} Pa is no strength{meant}"
+
+
+def _lengths(scene: Scene) -> dict[str, float]:
+    """Give the length of every member (m), by label."""
+    return {label: math.dist(*scene.member_ends(label)) for label in scene.members()}
 
 
 def _sections(scene: Scene) -> Found:
@@ -93,7 +132,7 @@ def _key(section: Section, *names: str) -> str:
 
 def _proportions(scene: Scene) -> Found:
     """Compare the longest member with the next, and the shortest."""
-    lengths = sorted(lengths_of(scene).items(), key=lambda item: item[1])
+    lengths = sorted(_lengths(scene).items(), key=lambda item: item[1])
 
     def place(label: str) -> str:
         return f"links.{scene.members()[label][0]}.points"
@@ -115,7 +154,7 @@ def _proportions(scene: Scene) -> Found:
 
 
 def _masses(scene: Scene) -> Found:
-    lengths = lengths_of(scene)
+    lengths = _lengths(scene)
     reach = max(lengths.values())
     along = np.linspace(0, 1, 11)
     whole = sum(float(scene.rigidity(label, along).line_density.mean()) * lengths[label] for label in lengths)
@@ -173,8 +212,8 @@ def _stated_angles(scene: Scene) -> Iterator[tuple[str, float]]:
     for name, spring in scene.springs.items():
         if isinstance(spring, HingeSpring) and spring.angle is not None:
             yield f"springs.{name}.angle", spring.angle
-    for place, drive in drives_of(scene):
-        if turns(scene, drive):
+    for place, drive in scene.drives_by_place.items():
+        if not scene.joints[drive.joint].slides:
             yield f"{place}.start", drive.start
     if scene.analysis.method == "static":
         yield "analysis.position", scene.analysis.position
@@ -259,16 +298,16 @@ def _numerics(scene: Scene) -> Found:
         if share >= USUAL.largest_tolerance:
             place = "tolerance" if isinstance(scene.tolerance, float) else f"tolerance.{quantity}"
             yield place, f'{share:.6g} is {100 * share:.4g} % of the {quantity}: "{share:.6g} %" may be meant'
-    size = sum(lengths_of(scene).values())
+    size = sum(_lengths(scene).values())
     for name, spring in scene.springs.items():
         if isinstance(spring, LineSpring) and (spring.length or 0.0) > USUAL.longest_spring * size:
             meant = likely(spring.length or 0.0, "m", (("mm", 1e-3),), 0, size)
             yield f"springs.{name}.length", f"{spring.length:.6g} m, and all members together have {size:.4g} m{meant}"
-    for place, drive in drives_of(scene):
+    for place, drive in scene.drives_by_place.items():
         if (drive.run_up or 0.0) > USUAL.longest_run_up * scene.period:
             meant = likely(drive.run_up or 0.0, "s", (("ms", 1e-3),), 0, USUAL.longest_run_up * scene.period)
             yield f"{place}.run_up", f"{drive.run_up:.6g} s are {(drive.run_up or 0) / scene.period:.4g} cycles{meant}"
 
 
 ALONE = (_angles, _pulses, _waves, _damping, _numerics)
-IN_TURN = ((materials, _proportions), (_sections,), (_masses, motion, _loads))  # each needs what is before it
+IN_TURN = ((_materials, _proportions), (_sections,), (_masses, motion, _loads))  # each needs what is before it

@@ -55,20 +55,7 @@ Found = Iterator[tuple[str, str]]  # places in a scene, and what is found there
 
 
 def likely(value: float, si: str, units: Sequence[tuple[str, float]], low: float, high: float) -> str:
-    """Say in which of some units a number would be between two limits; nothing where it is in none.
-
-    Parameters
-    ----------
-    value
-        The number in SI.
-    si
-        Its unit in SI.
-    units
-        Name and size in SI of each unit. One without a name is one that the number was converted from though it was in
-        SI.
-    low, high
-        The limits in SI.
-    """
+    """Say in which unit (name, size in SI; no name: converted twice) a number in SI is within limits in SI."""
     for unit, factor in units:
         if low <= abs(value) * factor <= high:
             return f": {f'{value:.6g} {unit} = ' if unit else ''}{value * factor:.4g} {si} is likely meant"

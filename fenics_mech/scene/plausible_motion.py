@@ -3,36 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
 from fenics_mech._constants import TURN
 from fenics_mech.scene.drives import Drive
-from fenics_mech.scene.joint_units import with_units
-from fenics_mech.scene.joints import size_at
+from fenics_mech.scene.joint_law_checks import with_units
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.plausible_limits import USUAL, Found, likely
 from fenics_mech.scene.sections import Rigidity
 
 
 def motion(scene: Scene) -> Found:
-    """Estimate speeds, and strains by the inertia across members, whose links go as fast as those that are driven.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Estimate speeds, and strains by the inertia across members, whose links go as fast as those that are driven."""
     if scene.analysis.method == "static":  # held at one position
         return
     theta = TURN / 720 * np.arange(720, dtype=float)
-    for place, drive in drives_of(scene):
+    for place, drive in scene.drives_by_place.items():
         jet = drive.jet(theta, scene.cycle_rate)
         fastest = float(np.abs(jet.first).max()) * abs(scene.cycle_rate)
         sharpest = float(np.abs(jet.second).max()) * scene.cycle_rate**2
         key = "speed" if drive.speed is not None else "law"
-        if turns(scene, drive):
+        if not scene.joints[drive.joint].slides:
             yield from _of_swing(f"{place}.law", drive, jet.value)
             yield from _of_turning(scene, f"{place}.{key}", drive, fastest, sharpest)
         else:
@@ -44,7 +36,7 @@ def motion(scene: Scene) -> Found:
 
 def _of_turning(scene: Scene, place: str, drive: Drive, fastest: float, sharpest: float) -> Found:
     """Look at a drive that turns, by its largest speed (rad/s) and angular acceleration (rad/s^2)."""
-    what, arm = f"{fastest:.6g} rad/s", size_at(scene, drive.joint)
+    what, arm = f"{fastest:.6g} rad/s", scene.size_at(drive.joint)
     rpm = f": {fastest:.6g} rpm = {fastest * TURN / 60:.4g} rad/s may be meant" * (drive.speed is not None)
     across = {label: _across(scene, label, drive, arm, fastest, sharpest) for label in scene.members()}
     yield from _of_inertia(scene, place, what, across, rpm)
@@ -56,12 +48,9 @@ def _of_turning(scene: Scene, place: str, drive: Drive, fastest: float, sharpest
 
 
 def _across(scene: Scene, label: str, drive: Drive, arm: float, fastest: float, sharpest: float) -> float:
-    """Acceleration across a member (m/s^2), at most.
-
-    A link that turns about the drive's joint is drawn to it: ``speed^2`` times the distance of the joint from the line
-    of a member is across it, and the angular acceleration times the distance along it. Other links turn against what
-    carries them, so that all the acceleration of its end is across them at some position.
-    """
+    """Acceleration across a member (m/s^2), at most."""
+    # A link that turns about the drive's joint is drawn to it. Others turn against what carries them, so that all the
+    # acceleration of its end is across them at some position.
     body = scene.members()[label][0]
     pivots = [point.split(".") for point in scene.joints[drive.joint].connect]
     here = [scene.links[body].points[name] for link, name in pivots if link == body]
@@ -92,15 +81,7 @@ def _bent_by(scene: Scene, label: str, acceleration: float) -> float:
 
 
 def bending_strain(rigid: Rigidity, moment: float) -> float:
-    """Strain of the outer fibres by a bending moment.
-
-    Parameters
-    ----------
-    rigid
-        Stiffness at one place.
-    moment
-        The moment (N m).
-    """
+    """Strain of the outer fibres by a bending moment (N m)."""
     return moment * float(np.abs(rigid.fibre).max()) / float(rigid.bending[0])
 
 
@@ -118,28 +99,3 @@ def _of_stroke(place: str, stroke: np.ndarray, longest: float) -> Found:
     if (size := float(np.ptp(stroke))) > USUAL.longest_stroke * longest:
         meant = likely(size, "m", (("mm", 1e-3),), 0, longest)
         yield place, f"the stroke is {size:.4g} m, and no member is longer than {longest:.4g} m{meant}"
-
-
-def drives_of(scene: Scene) -> Iterator[tuple[str, Drive]]:
-    """Give the drives of a scene with their places.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
-    several = isinstance(scene.drive, tuple)
-    return ((f"drive.{i}" if several else "drive", drive) for i, drive in enumerate(scene.drives))
-
-
-def turns(scene: Scene, drive: Drive) -> bool:
-    """Whether a drive turns its joint.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    drive
-        The drive.
-    """
-    return scene.joints[drive.joint].kind == "revolute"

@@ -12,51 +12,20 @@ from fenics_mech._plugins import Plugin, plugins
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.applied_loads import AnyLoad, LineLoad, Load
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.first_error import BRANCH, BRANCHES
+from fenics_mech.scene.first_error import BRANCH, MARKS, tables, tag_of
 from fenics_mech.scene.joint_laws import AnyJointLaw, PluggedEffort
-from fenics_mech.scene.sections import SHAPES, Section, any_section
+from fenics_mech.scene.sections import Section, any_section
 
-METHODS = "rigidity", "shear_stiffness", "check"
-
-
-def sections() -> tuple[type[Section], ...]:
-    """Give the classes of sections of other packages.
-
-    Raises
-    ------
-    MechanismError
-        When one is no section, or its shape has a name that is taken.
-    """
-    return tuple(_section(plugin) for plugin in plugins("sections"))
-
-
-def _section(plugin: Plugin) -> type[Section]:
-    kind: type[Section] = plugin.load(Section)
-    shape = kind.model_fields["shape"].default if "shape" in kind.model_fields else None
-    if shape != plugin.name or shape in SHAPES:
-        raise plugin.refused(f"needs a field `shape: Literal[{plugin.name!r}] = {plugin.name!r}`, a name not yet taken")
-    for name in METHODS:
-        setattr(kind, name, plugin.blamed(getattr(kind, name)))
-    return kind
+METHODS = "rigidity", "shear_stiffness", "check", "effort_at", "factor_at", "computed"  # whose errors name the plugin
 
 
 def add_kinds(scene: type[Part]) -> None:
-    """Let scenes state the sections, loads and joint laws of other packages.
-
-    Parameters
-    ----------
-    scene
-        The class of scenes.
-
-    Raises
-    ------
-    MechanismError
-        When one is of another kind, or has a name that is taken.
-    """
+    """Let scenes state the sections, loads and joint laws of other packages."""
+    shapes = [_kind(one, "shape", Section) for one in plugins("sections")]
     of_key: dict[str, Any] = {
-        "sections": any_section(*shapes) if (shapes := sections()) else None,
-        "loads": _among(AnyLoad, {plugin: _kind(plugin, Load, LineLoad) for plugin in plugins("loads")}),
-        "joint_laws": _among(AnyJointLaw, {plugin: _kind(plugin, PluggedEffort) for plugin in plugins("joints")}),
+        "sections": any_section(*shapes) if shapes else None,
+        "loads": _among(AnyLoad, {one: _kind(one, "kind", Load, LineLoad) for one in plugins("loads")}),
+        "joint_laws": _among(AnyJointLaw, {one: _kind(one, "kind", PluggedEffort) for one in plugins("joints")}),
     }
     for key, kinds in of_key.items():
         if kinds is not None:
@@ -66,16 +35,16 @@ def add_kinds(scene: type[Part]) -> None:
         scene.model_rebuild(force=True)
 
 
-def _kind(plugin: Plugin, *bases: type[Part]) -> type[Part]:
-    """Load a class of loads or joint laws, whose errors name the plugin."""
+def _kind(plugin: Plugin, tag: str, *bases: type[Part]) -> type[Any]:
+    """Load a class of sections, loads or joint laws, whose tag is the plugin's name and whose errors name it."""
     kind: type[Part] = plugin.load(Part)
     names = " or ".join(base.__name__ for base in bases)
     if not issubclass(kind, bases):
         raise plugin.refused(f"gives {kind.__name__} where a class derived from {names} is expected")
-    stated = kind.model_fields["kind"].default if "kind" in kind.model_fields else None
-    if stated != plugin.name or stated in BRANCHES:
-        raise plugin.refused(f"needs a field `kind: Literal[{plugin.name!r}] = {plugin.name!r}`, a name not yet taken")
-    for name in ("effort_at", "factor_at", "computed"):
+    taken = {*MARKS, *(tag_of(other, tag) for other in tables(Part) if other.__module__.startswith("fenics_mech."))}
+    if tag_of(kind, tag) != plugin.name or plugin.name in taken:
+        raise plugin.refused(f"needs a field `{tag}: Literal[{plugin.name!r}] = {plugin.name!r}`, a name not yet taken")
+    for name in METHODS:
         if hasattr(kind, name):
             setattr(kind, name, plugin.blamed(getattr(kind, name)))
     return kind

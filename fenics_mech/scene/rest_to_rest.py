@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
@@ -54,8 +54,7 @@ class RestToRest(Part):
     back: tuple[Share, Share]
     profile: Literal["polynomial-3-4-5", "polynomial-4-5-6-7", "cycloidal"] = "polynomial-3-4-5"
 
-    @model_validator(mode="after")
-    def _moves_in_turn(self) -> Self:
+    def _check_keys(self) -> None:
         (begin, there), (leave, home) = self.out, self.back
         if not (begin < there <= leave < home):
             raise ValueError(
@@ -64,7 +63,6 @@ class RestToRest(Part):
             )
         if self.start == self.end:
             raise ValueError(f"start and end are both {self.start:g}: the drive would not move")
-        return self
 
     @property
     def edges(self) -> Array:

@@ -17,10 +17,10 @@ from typing import Any
 
 from fenics_mech._files import write_whole
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.base import place_in
 from fenics_mech.scene.files import parse
 from fenics_mech.scene.files import text_of as text_in
 from fenics_mech.scene.models import Scene
-from fenics_mech.scene.paths import place_in
 from fenics_mech.scene.units import unit_written
 from fenics_mech.scene.writing import literal, text_of, write_scene
 
@@ -29,36 +29,7 @@ DIGITS = 10  # of numbers that are written
 
 
 def write_like(file: str | Path, values: Mapping[str, Any], scene: Scene, path: str | Path) -> Path:
-    """Write a scene as the text of the file that it comes from, with other values in it.
-
-    Parameters
-    ----------
-    file
-        The file that the scene comes from.
-    values
-        What differs from that file: numbers in SI, or texts, by dotted path.
-    scene
-        The scene with these values. It is written in SI where the file does not state its links, as with a drawing.
-    path
-        The file to write.
-
-    Returns
-    -------
-    pathlib.Path
-        The file.
-
-    Raises
-    ------
-    SceneError, ResultError
-        When the first file cannot be read, or the other one cannot be written.
-
-    Examples
-    --------
-    >>> scene = fm.load("demos/four_bar.toml").changed({"masses.A.mass": 0.05})
-    >>> path = write_like("demos/four_bar.toml", {"masses.A.mass": 0.05}, scene, "heavier.toml")
-    >>> 'mass = "50 g"' in path.read_text()
-    True
-    """
+    """Write a scene as the text of the file that it comes from, with other values in it."""
     path, text = Path(path), text_in(Path(file))
     with suppress(SceneError, tomllib.TOMLDecodeError):  # of a path that the text does not have, or of a changed text
         data = tomllib.loads(text)
@@ -82,26 +53,7 @@ def _alike(one: Scene, other: Scene) -> bool:
 
 
 def rewritten(text: str, values: Mapping[str, Any]) -> str:
-    """Give the text of a scene file with other values, each in the unit in which the text states it.
-
-    Parameters
-    ----------
-    text
-        The text, in TOML.
-    values
-        Numbers in SI, or texts, by dotted path.
-
-    Raises
-    ------
-    SceneError
-        When there is no place for a value.
-
-    Examples
-    --------
-    >>> text = rewritten(pathlib.Path("demos/four_bar.toml").read_text(), {"drive.speed": 30.0})
-    >>> [line for line in text.splitlines() if line.startswith("speed")]
-    ['speed = "30 rad/s"']
-    """
+    """Give the text of a scene file with other values, each in the unit in which the text states it."""
     before = json.loads(parse(text).model_dump_json())
     for path, value in values.items():
         data = tomllib.loads(text)
@@ -114,17 +66,7 @@ def rewritten(text: str, values: Mapping[str, Any]) -> str:
 
 
 def in_unit_of(written: str, old: float, value: float) -> float | str:
-    """Write a number in the unit of another; as a number in SI where that has none.
-
-    Parameters
-    ----------
-    written
-        The other as it is written.
-    old
-        The same in SI.
-    value
-        The number in SI.
-    """
+    """Write a number in the unit of another; as a number in SI where that has none."""
     if (known := unit_written([written], [old])) is None:
         return float(f"{value:.{DIGITS}g}")
     unit, size = known

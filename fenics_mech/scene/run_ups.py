@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.base import Part
-from fenics_mech.scene.formulas.expression import Formula, Jet
+from fenics_mech.scene.base import Part, check_paired
+from fenics_mech.scene.formulas.expression import Formula, Jet, formula_of
 from fenics_mech.scene.units import Angle, Time
 
 
@@ -36,26 +36,13 @@ class TimeTable(Part):
     times: Annotated[tuple[Time, ...], Field(min_length=2, max_length=100_000)]
     angles: Annotated[tuple[Angle, ...], Field(min_length=2, max_length=100_000)]
 
-    @model_validator(mode="after")
-    def _has_pairs(self) -> Self:
-        if len(self.times) != len(self.angles):
-            raise ValueError(
-                f"{len(self.times)} times and {len(self.angles)} angles: a table needs the same number of both"
-            )
+    def _check_keys(self) -> None:
+        check_paired(times=self.times, angles=self.angles)
         if self.times[0] != 0 or any(b <= a for a, b in pairwise(self.times)):
             raise ValueError("the times must increase from 0 to the end of the run-up")
-        return self
 
     def jet(self, time: Array, speed: float) -> Jet:
-        """Angle turned and two derivatives by time.
-
-        Parameters
-        ----------
-        time
-            Times (s), ``(times,)``.
-        speed
-            Speed of the steady motion (rad/s).
-        """
+        """Angle turned (rad) and two derivatives at times (s), ``(times,)``; `speed` (rad/s) is that at the end."""
         from scipy.interpolate import make_interp_spline  # noqa: PLC0415  (slow to import, and few run-ups have tables)
 
         ends = [(1, 0.0), (2, 0.0)], [(1, speed), (2, 0.0)]
@@ -78,24 +65,10 @@ class TimeExpression(Part):
     """
 
     kind: Literal["expression"] = "expression"
-    formula: str
-
-    @field_validator("formula")
-    @classmethod
-    def _can_be_read(cls, text: str) -> str:
-        Formula(text, ("t",))
-        return text
+    formula: Annotated[str, formula_of("t")]
 
     def jet(self, time: Array, speed: float) -> Jet:
-        """Angle turned and two derivatives by time; the formula has its own speed at its end.
-
-        Parameters
-        ----------
-        time
-            Times (s), ``(times,)``.
-        speed
-            Not used: `Drive` requires that the formula ends with it.
-        """
+        """Angle turned (rad) and two derivatives at times (s), ``(times,)``; the formula has its own speed."""
         return Formula(self.formula, ("t",)).jet(Jet.variable(time))
 
 
@@ -103,26 +76,8 @@ RunUpLaw = Annotated[TimeTable | TimeExpression, Field(discriminator="kind")]
 
 
 def smooth_start(duration: float, time: Array, speed: float) -> Jet:
-    """Angle turned from rest to `speed` (rad/s) and two derivatives by time; the jerk is continuous at both ends.
-
-    The speed is ``speed (10 x^3 - 15 x^4 + 6 x^5)`` with ``x = time / duration``, the lowest polynomial whose first two
-    derivatives vanish at both ends; half of ``speed * duration`` is turned.
-
-    Parameters
-    ----------
-    duration
-        How long the run-up takes (s).
-    time
-        Times (s), ``(times,)``.
-    speed
-        Speed at its end (rad/s).
-
-    Returns
-    -------
-    Jet
-        Angle (rad) and derivatives, ``(times,)`` each.
-    """
-    x = time / duration
+    """Angle turned (rad) from rest to `speed` (rad/s) within `duration` (s), and two derivatives, ``(times,)`` each."""
+    x = time / duration  # the lowest polynomial of the speed whose first two derivatives vanish at both ends
     return Jet(
         speed * duration * x**4 * (2.5 - 3 * x + x**2),
         speed * x**3 * (10 - 15 * x + 6 * x**2),

@@ -36,28 +36,14 @@ SAMPLING = SamplingLimits()
 
 @dataclass(frozen=True, eq=False)
 class SampledFunction:
-    """A function of the drive angle at the points of a quadrature over a cycle.
+    """A function of the drive angle at the points of a quadrature over a cycle."""
 
-    Parameters
-    ----------
-    angles, weights
-        Points in the cycle and their weights (rad), which add up to 2 pi, ``(points,)``.
-    values
-        The function there, ``(points,)``.
-    """
-
-    angles: Array
-    weights: Array
+    angles: Array  # rad, ``(points,)``, and so are the others
+    weights: Array  # rad, which add up to 2 pi
     values: Array
 
     def mean(self, values: Array) -> float:
-        """Mean of other values at the points over the cycle.
-
-        Parameters
-        ----------
-        values
-            The other values, ``(points,)``.
-        """
+        """Mean of other values at the points over the cycle."""
         return float(self.weights @ values) / TURN
 
     @property
@@ -67,62 +53,27 @@ class SampledFunction:
 
     @classmethod
     def equally(cls, values: Array) -> SampledFunction:
-        """Take values at equal steps of a cycle from 0 on.
-
-        Parameters
-        ----------
-        values
-            The values, ``(points,)``.
-        """
+        """Take values at equal steps of a cycle from 0 on."""
         step = TURN / len(values)
         return cls(step * np.arange(len(values), dtype=float), np.full(len(values), step), values)
 
     @classmethod
     def between(cls, edges: Array, function: Callable[[Array], Array]) -> SampledFunction:
-        """Take Gauss points of the pieces between ascending angles from 0 to 2 pi.
-
-        Six points integrate the square of a polynomial of degree 5 exactly.
-
-        Parameters
-        ----------
-        edges
-            The angles between the pieces (rad), ``(pieces + 1,)``.
-        function
-            Gives values at angles (rad), ``(points,)`` both.
-        """
+        """Take Gauss points between ascending angles, 0 to 2 pi: they integrate the square of degree 5 exactly."""
         angles, weights = gauss_points(edges)
         return cls(angles, weights, function(angles))
 
 
 def gauss_points(edges: Array) -> tuple[Array, Array]:
-    """Give points and weights of Gauss-Legendre quadrature between ascending edges, ``(6 pieces,)`` each.
-
-    Parameters
-    ----------
-    edges
-        Ascending edges, ``(pieces + 1,)``.
-    """
+    """Give points and weights of Gauss-Legendre quadrature between ascending edges, ``(6 pieces,)`` each."""
     width = np.diff(edges)[:, None]
     return (edges[:-1, None] + width * CELL_POINTS).ravel(), (width * CELL_WEIGHTS).ravel()
 
 
 def enough_angles(values_at: Callable[[int], Array], whole: SampledFunction, least: int, jumps: bool = False) -> int:
-    """Number of equal parts of a cycle, at least so many, at whose ends a function shows what it does inside them.
-
-    They show it where they, and those in the middle between them, have its variance: a pulse is between neither. What
-    does not jump also has to be near the straight lines through both: a harmonic beyond them looks like a low one.
-
-    Parameters
-    ----------
-    values_at
-        Gives the function at so many equal steps of a cycle, from 0 on.
-    whole
-        The function at points that show all of it.
-    least
-        Number of parts to begin with.
-    jumps
-        Whether the function jumps.
-    """
+    """Number of equal parts of a cycle, at least so many, at whose ends a function shows what it does inside them."""
+    # They show it where they, and those in the middle between them, have its variance: a pulse is between neither. What
+    # does not jump also has to be near the straight lines through both: a harmonic beyond them looks like a low one.
     variance, count = whole.variance, least
     allowed = SAMPLING.missed * max(variance, SAMPLING.rounding * whole.mean(whole.values**2))
     while count < SAMPLING.samples:
@@ -135,18 +86,7 @@ def enough_angles(values_at: Callable[[int], Array], whole: SampledFunction, lea
 
 
 def equal_steps(count: int) -> Array:
-    """Angles (rad) at so many equal steps of a cycle, from 0 on.
-
-    Parameters
-    ----------
-    count
-        Number of steps.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape ``(count,)``.
-    """
+    """Angles (rad) at so many equal steps of a cycle, from 0 on, ``(count,)``."""
     return TURN / count * np.arange(count, dtype=float)
 
 
@@ -157,19 +97,7 @@ def _lines(seen: Array, angles: Array) -> Array:
 
 @lru_cache(maxsize=32)
 def pieces_of(text: str, *, of_second: bool = False) -> Array:
-    """Give edges from 0 to 2 pi of pieces of a cycle, in none of which a formula of theta hides a peak.
-
-    Or its second derivative, where that is asked for. Interval arithmetic gives bounds in every piece. Pieces are
-    halved until bounds and width leave open no more than `largest_cell` of the integral, or until there are as many as
-    `SAMPLING.samples`.
-
-    Parameters
-    ----------
-    text
-        A formula of theta.
-    of_second
-        Whether its second derivative is looked at instead.
-    """
+    """Give edges (rad) of pieces of a cycle in which a formula of theta, or its second derivative, hides no peak."""
     formula, edges = Formula(text, ("theta",)), np.linspace(0.0, TURN, SAMPLING.pieces + 1)
     while len(edges) < SAMPLING.samples:
         low, high = bounds_over(formula, edges[:-1], edges[1:], of_second=of_second)

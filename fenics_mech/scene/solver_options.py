@@ -8,74 +8,26 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, WithJsonSchema
 
 from fenics_mech.errors import SceneError, shortened
 
-
-@dataclass(frozen=True)
-class Number:
-    """A number between two bounds, which may be whole."""
-
-    least: float
-    most: float
-    whole: bool = False
-
-    def __str__(self) -> str:
-        return f"a {'whole ' * self.whole}number from {self.least:g} to {self.most:g}"
-
-    def takes(self, value: Any) -> bool:
-        """Whether a value is such a number."""
-        number = isinstance(value, int if self.whole else int | float) and not isinstance(value, bool)
-        return bool(number and self.least <= value <= self.most)
-
-    def schema(self) -> dict[str, Any]:
-        """Give the JSON Schema of such numbers."""
-        return {"type": "integer" if self.whole else "number", "minimum": self.least, "maximum": self.most}
+Kind = dict[str, Any]  # of values that an option takes, as a JSON Schema
+SWITCH: Kind = {"type": "boolean"}
 
 
-@dataclass(frozen=True)
-class OneOf:
-    """One of a few names."""
-
-    names: tuple[str, ...]
-
-    def __str__(self) -> str:
-        return f"one of {', '.join(map(repr, self.names))}"
-
-    def takes(self, value: Any) -> bool:
-        """Whether a value is one of the names."""
-        return value in self.names
-
-    def schema(self) -> dict[str, Any]:
-        """Give the JSON Schema of the names."""
-        return {"enum": list(self.names)}
+def _number(least: float, most: float) -> Kind:
+    return {"type": "number", "minimum": least, "maximum": most}
 
 
-@dataclass(frozen=True)
-class Switch:
-    """True or false."""
-
-    def __str__(self) -> str:
-        return "true or false"
-
-    def takes(self, value: Any) -> bool:
-        """Whether a value is true or false."""
-        return isinstance(value, bool)
-
-    def schema(self) -> dict[str, Any]:
-        """Give the JSON Schema of a switch."""
-        return {"type": "boolean"}
+def _whole(least: int, most: int) -> Kind:
+    return {"type": "integer", "minimum": least, "maximum": most}
 
 
-Kind = Number | OneOf | Switch
-
-
-def _names(text: str) -> OneOf:
-    return OneOf(tuple(text.split()))
+def _names(text: str) -> Kind:
+    return {"enum": text.split()}
 
 
 def _of(part: str, options: Mapping[str, Kind]) -> dict[str, Kind]:
@@ -83,14 +35,14 @@ def _of(part: str, options: Mapping[str, Kind]) -> dict[str, Kind]:
     return {part + name: kind for name, kind in options.items()}
 
 
-SHARE = Number(0, 1)
-RELATIVE = Number(0, 1e-6)  # of what nothing else checks: looser, its error would show in no estimate
-ABSOLUTE = Number(0, 1e30)
-TIMES = Number(1, 1_000_000, whole=True)
-FEW = Number(1, 1000, whole=True)
+SHARE = _number(0, 1)
+RELATIVE = _number(0, 1e-6)  # of what nothing else checks: looser, its error would show in no estimate
+ABSOLUTE = _number(0, 1e30)
+TIMES = _whole(1, 1_000_000)
+FEW = _whole(1, 1000)
 
 FACTORS: dict[str, Kind] = {
-    "pc_factor_fill": Number(1, 20),
+    "pc_factor_fill": _number(1, 20),
     "pc_factor_zeropivot": RELATIVE,
     "pc_factor_mat_ordering_type": _names("natural nd 1wd rcm qmd rowlength"),
 }
@@ -103,7 +55,7 @@ FACTORISED: dict[str, Kind] = FACTORS | {
 BLOCK: dict[str, Kind] = FACTORS | {
     "ksp_type": _names("preonly gmres fgmres lgmres gcr bcgs bcgsl ibcgs fbcgs tfqmr tcqmr"),
     "pc_type": _names("none jacobi sor ilu icc lu cholesky svd"),
-    "pc_factor_levels": Number(0, 20, whole=True),
+    "pc_factor_levels": _whole(0, 20),
     "pc_factor_shift_type": _names("none nonzero positive_definite inblocks"),
     "pc_factor_shift_amount": ABSOLUTE,
 }
@@ -112,18 +64,18 @@ CHECKED: dict[str, Kind] = (  # of a solver whose answer is put into the equatio
     | {
         "ksp_rtol": SHARE,
         "ksp_atol": ABSOLUTE,
-        "ksp_divtol": Number(1, 1e30),
+        "ksp_divtol": _number(1, 1e30),
         "ksp_max_it": TIMES,
         "ksp_norm_type": _names("none preconditioned unpreconditioned natural"),
         "ksp_pc_side": _names("left right symmetric"),
         "ksp_gmres_restart": FEW,
-        "ksp_gmres_modifiedgramschmidt": Switch(),
-        "ksp_bcgsl_ell": Number(1, 20, whole=True),
+        "ksp_gmres_modifiedgramschmidt": SWITCH,
+        "ksp_bcgsl_ell": _whole(1, 20),
         "pc_type": _names("none jacobi bjacobi sor ilu icc lu cholesky asm gamg svd"),
         "pc_bjacobi_blocks": FEW,
         "pc_asm_blocks": FEW,
-        "pc_asm_overlap": Number(0, 20, whole=True),
-        "pc_sor_omega": Number(0, 2),
+        "pc_asm_overlap": _whole(0, 20),
+        "pc_sor_omega": _number(0, 2),
         "pc_sor_its": FEW,
     }
     | _of("sub_", BLOCK)
@@ -132,9 +84,9 @@ EIGENVALUES: dict[str, Kind] = {
     "eps_type": _names("krylovschur arnoldi lapack subspace power gd jd"),
     "eps_tol": RELATIVE,
     "eps_max_it": TIMES,
-    "eps_ncv": Number(1, 10_000, whole=True),
-    "eps_mpd": Number(1, 10_000, whole=True),
-    "eps_krylovschur_restart": Number(0.1, 0.9),
+    "eps_ncv": _whole(1, 10_000),
+    "eps_mpd": _whole(1, 10_000),
+    "eps_krylovschur_restart": _number(0.1, 0.9),
 }
 SHIFTED: dict[str, Kind] = {
     "eps_type": _names("krylovschur arnoldi lapack subspace power gd jd lobpcg rqcg"),
@@ -142,12 +94,27 @@ SHIFTED: dict[str, Kind] = {
     **_of("st_", FACTORISED),
 }
 MULTIPLIERS: dict[str, Kind] = EIGENVALUES | {"eps_nev": FEW}
-PARTS: dict[str, dict[str, Kind]] = {
-    "periodic_": CHECKED,
-    "modes_": EIGENVALUES | SHIFTED,
-    "stability_": MULTIPLIERS,
-}
+PARTS: dict[str, dict[str, Kind]] = {"periodic_": CHECKED, "modes_": EIGENVALUES | SHIFTED, "stability_": MULTIPLIERS}
 OPTIONS = {prefix + name: kind for prefix, options in PARTS.items() for name, kind in options.items()}
+
+
+def takes(kind: Kind, value: Any) -> bool:
+    """Whether a value is of a kind."""
+    if "enum" in kind:
+        return value in kind["enum"]
+    if isinstance(value, bool) or kind is SWITCH:
+        return isinstance(value, bool) and kind is SWITCH
+    return isinstance(value, int if kind["type"] == "integer" else int | float) and (
+        kind["minimum"] <= value <= kind["maximum"]
+    )
+
+
+def _in_words(kind: Kind) -> str:
+    if "enum" in kind:
+        return f"one of {', '.join(map(repr, kind['enum']))}"
+    if kind is SWITCH:
+        return "true or false"
+    return f"a {'whole ' * (kind['type'] == 'integer')}number from {kind['minimum']:g} to {kind['maximum']:g}"
 
 
 def _check_options(options: dict[str, Any]) -> dict[str, Any]:
@@ -155,8 +122,8 @@ def _check_options(options: dict[str, Any]) -> dict[str, Any]:
     for key, value in options.items():
         if key not in OPTIONS:
             raise SceneError("unknown option of a solver", place=f"petsc.{shortened(key)[1:-1]}", hint=_nearest(key))
-        if not OPTIONS[key].takes(value):
-            raise SceneError(f"must be {OPTIONS[key]}, found {shortened(value)}", place=f"petsc.{key}")
+        if not takes(OPTIONS[key], value):
+            raise SceneError(f"must be {_in_words(OPTIONS[key])}, found {shortened(value)}", place=f"petsc.{key}")
     return options
 
 
@@ -169,17 +136,13 @@ def _nearest(key: str) -> str:
     return f"Did you mean {near[0]!r}?" if near else f"{starts}. `fenics-mech schema` lists all options"
 
 
-OF_PARTS = {
-    "periodic_": "periodic motions",
-    "modes_": "natural frequencies",
-    "stability_": "stability",
-}
+OF_PARTS = {"periodic_": "periodic motions", "modes_": "natural frequencies", "stability_": "stability"}
 
 
 def _described(name: str) -> str:
     """Say in one sentence what an option is."""
     part = next(part for part in PARTS if name.startswith(part))
-    return f"Option -{name.removeprefix(part)} of PETSc or SLEPc, for {OF_PARTS[part]}: {OPTIONS[name]}."
+    return f"Option -{name.removeprefix(part)} of PETSc or SLEPc, for {OF_PARTS[part]}: {_in_words(OPTIONS[name])}."
 
 
 SolverOptions = Annotated[
@@ -188,7 +151,7 @@ SolverOptions = Annotated[
     WithJsonSchema(
         {
             "type": "object",
-            "properties": {name: kind.schema() | {"description": _described(name)} for name, kind in OPTIONS.items()},
+            "properties": {name: kind | {"description": _described(name)} for name, kind in OPTIONS.items()},
             "additionalProperties": False,
         }
     ),

@@ -12,32 +12,17 @@ from fenics_mech.scene.models import Scene
 
 @dataclass(frozen=True)
 class StartState:
-    """State from which a motion in time starts.
+    """State from which a motion in time starts."""
 
-    Parameters
-    ----------
-    time
-        Time (s).
-    displacement, velocity
-        q (m, rad) and q' (m/s, rad/s) there, ``(coordinates,)`` each.
-    links
-        Coordinates of the links there (m, m, rad), ``(3 links,)``; None at time 0, where the scene states them.
-    """
-
-    time: float
-    displacement: Array
-    velocity: Array
-    links: Array | None = None
+    time: float  # s
+    displacement: Array  # q (m, rad), ``(coordinates,)``
+    velocity: Array  # q' (m/s, rad/s), ``(coordinates,)``
+    links: Array | None = (
+        None  # coordinates of links (m, m, rad), ``(3 links,)``; None at time 0, where the scene has them
+    )
 
     @classmethod
     def stated(cls, scene: Scene) -> StartState:
-        """Give the state at time 0: angles, strokes and rates that the freedoms of a scene state.
-
-        Parameters
-        ----------
-        scene
-            The scene, with a freedom for all that can move.
-        """
-        names, freedoms = ("start", "rate_at_start"), scene.freedoms.values()
-        place, rate = (np.array([getattr(part, name) or 0.0 for part in freedoms]) for name in names)
-        return cls(0.0, place, rate)
+        """Give the state at time 0: angles, strokes and rates that the freedoms of a scene state."""
+        states = [(freedom.start or 0.0, freedom.rate_at_start) for freedom in scene.freedoms.values()]
+        return cls(0.0, *np.array(states).reshape(-1, 2).T)

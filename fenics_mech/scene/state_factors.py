@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, Jet
+from fenics_mech.scene.base import Name, Part, check_paired
+from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, formula_of, slopes_of
 from fenics_mech.scene.units import Time
 
 VARIABLES = "t", "place", "rate"
@@ -42,36 +42,23 @@ class FactorFormula(StateFactor):
     """
 
     kind: Literal["formula"] = "formula"
-    formula: str
+    formula: Annotated[str, formula_of(*VARIABLES)]
 
-    @field_validator("formula")
-    @classmethod
-    def _can_be_read(cls, text: str) -> str:
-        Formula(text, VARIABLES)
-        return text
-
-    @model_validator(mode="after")
-    def _has_a_joint(self) -> Self:
+    def _check_keys(self) -> None:
         used = [name for name in ("place", "rate") if Formula(self.formula, VARIABLES).uses(name)]
         if used and self.joint is None:
             raise ValueError(f"the formula has the {' and the '.join(used)} of a joint: name it with `joint`")
-        return self
 
     def of_state(self, time: Array, place: Array, rate: Array) -> Array:
         """Factor at times (s), with the joint's place and rate there, ``(times,)`` each."""
-        found = Formula(self.formula, VARIABLES)(JET_FUNCTIONS, t=time, place=place, rate=rate)
-        return np.broadcast_to(found, time.shape)
+        return np.broadcast_to(self._value(time, place, rate), time.shape)
 
     def with_derivatives(self, time: Array, place: Array, rate: Array) -> tuple[Array, Array, Array]:
         """Factor, and its derivatives by place and rate, ``(times,)`` each; see `of_state`."""
-        none, one = np.zeros_like(time), np.ones_like(time)
+        return slopes_of(self._value, time, place, rate)
 
-        def slope(of_place: Array, of_rate: Array) -> Array:
-            values = Jet(time, none, none), Jet(place, of_place, none), Jet(rate, of_rate, none)
-            found = Formula(self.formula, VARIABLES)(JET_FUNCTIONS, **dict(zip(VARIABLES, values)))
-            return found.first if isinstance(found, Jet) else none
-
-        return self.of_state(time, place, rate), slope(one, none), slope(none, one)
+    def _value(self, *state: Any) -> Any:
+        return Formula(self.formula, VARIABLES)(JET_FUNCTIONS, **dict(zip(VARIABLES, state)))
 
 
 class FactorTimes(StateFactor):
@@ -97,15 +84,10 @@ class FactorTimes(StateFactor):
     times: Annotated[tuple[Time, ...], Field(min_length=2, max_length=100_000)]
     values: Annotated[tuple[float, ...], Field(min_length=2, max_length=100_000)]
 
-    @model_validator(mode="after")
-    def _is_a_table(self) -> Self:
-        if len(self.times) != len(self.values):
-            raise ValueError(
-                f"{len(self.times)} times and {len(self.values)} values: a table needs the same number of both"
-            )
+    def _check_keys(self) -> None:
+        check_paired(times=self.times, values=self.values)
         if any(b <= a for a, b in pairwise(self.times)):
             raise ValueError("the times must increase: where the load is to jump, let it rise in a short time")
-        return self
 
     def of_state(self, time: Array, place: Array, rate: Array) -> Array:
         """Factor at times (s), ``(times,)``; the place and the rate of a joint do not count."""

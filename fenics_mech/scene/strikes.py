@@ -19,30 +19,14 @@ PLACES = 200  # of a cycle, between which a run-up turns in one sense
 
 @dataclass(frozen=True)
 class Strike:
-    """Impulses that strike at one time.
+    """Impulses that strike at one time."""
 
-    Parameters
-    ----------
-    time
-        When (s).
-    names
-        Which.
-    """
-
-    time: float
+    time: float  # s
     names: tuple[str, ...]
 
 
 def strikes_between(scene: Scene, start: float, end: float) -> tuple[Strike, ...]:
-    """Give the impulses of a stretch of time, in the order of time; one at its start strikes at time 0 only.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    start, end
-        The ends of the time (s).
-    """
+    """Give the impulses from `start` to `end` (s) in the order of time; one at the start strikes at time 0 only."""
     found: dict[float, tuple[str, ...]] = {}
     rounding = ROUNDING * max(abs(end), scene.period)
     for name, impulse in scene.impulses.items():
@@ -56,22 +40,7 @@ def strikes_between(scene: Scene, start: float, end: float) -> tuple[Strike, ...
 
 
 def passages(scene: Scene, angle: float, start: float, end: float) -> Array:
-    """Times (s) at which the drive comes to an angle, give or take whole cycles.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    angle
-        Drive angle (rad).
-    start, end
-        From when to when (s); a passage at the start counts at time 0 only.
-
-    Returns
-    -------
-    numpy.ndarray
-        Ascending, ``(passages,)``.
-    """
+    """Ascending times (s) at which the drive is at an angle (rad) in any cycle, `start` only where it is 0."""
     period, run_up = scene.period, scene.drives[0].run_up or 0.0
     sense = math.copysign(1, scene.cycle_rate)
 

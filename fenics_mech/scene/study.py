@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech.errors import shortened
 from fenics_mech.scene.base import Name, Part
@@ -59,11 +59,9 @@ class Variable(Part):
     choices: tuple[Any, ...] = ()
     start: Any = None
 
-    @model_validator(mode="after")
-    def _is_a_range_or_a_choice(self) -> Self:
+    def _check_keys(self) -> None:
         if (self.between is None) == (not self.choices):
             raise ValueError("a variable needs either `between`, its bounds, or `choices`")
-        return self
 
 
 class Scatter(Part):
@@ -92,11 +90,9 @@ class Scatter(Part):
     deviation: Value | None = None
     between: tuple[Value, Value] | None = None
 
-    @model_validator(mode="after")
-    def _scatters_in_one_way(self) -> Self:
+    def _check_keys(self) -> None:
         if [self.tolerance, self.deviation, self.between].count(None) != 2:
             raise ValueError("state one of `tolerance`, `deviation` and `between`")
-        return self
 
 
 class Limit(Part):
@@ -119,11 +115,9 @@ class Limit(Part):
     least: Value | None = None
     most: Value | None = None
 
-    @model_validator(mode="after")
-    def _limits(self) -> Self:
+    def _check_keys(self) -> None:
         if self.least is None and self.most is None:
             raise ValueError("a limit needs `least` or `most`")
-        return self
 
 
 class Target(Part):
@@ -148,11 +142,9 @@ class Target(Part):
     path: Annotated[tuple[tuple[Length, Length], ...], Field(min_length=1, max_length=100_000)]
     angles: tuple[Angle, ...] = ()
 
-    @model_validator(mode="after")
-    def _has_as_many_angles(self) -> Self:
+    def _check_keys(self) -> None:
         if self.angles and len(self.angles) != len(self.path):
             raise ValueError(f"there are {len(self.path)} places and {len(self.angles)} angles: give as many")
-        return self
 
 
 class Study(Part):
@@ -192,12 +184,10 @@ class Study(Part):
     curves: tuple[str, ...] = ()
     targets: dict[Name, Target] = Field(default_factory=dict)
 
-    @model_validator(mode="after")
-    def _names_each_aim_once(self) -> Self:
+    def _check_keys(self) -> None:
         aims = [*self.minimise, *self.maximise]
         if twice := next((name for name in aims if aims.count(name) > 1), ""):
             raise ValueError(f"{shortened(twice)} is named as an aim twice: name it once")
-        return self
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.base import Part
@@ -60,13 +60,11 @@ class FunctionTask(Task):
     follower: tuple[Angle, ...]
     ground: Annotated[Length, Field(gt=0)] = 0.1
 
-    @model_validator(mode="after")
-    def _has_as_many_angles(self) -> Self:
+    def _check_keys(self) -> None:
         if len(self.crank) != len(self.follower):
             given = f"{len(self.crank)} angles of the crank and {len(self.follower)} of the follower"
             raise ValueError(f"there are {given}: give as many")
         _exact(len(self.crank), "angles")
-        return self
 
 
 class Pose(Part):
@@ -113,15 +111,13 @@ class MotionTask(Task):
     moving: tuple[Point, Point] | None = None
     fixed: tuple[Point, Point] | None = None
 
-    @model_validator(mode="after")
-    def _knows_two_pins(self) -> Self:
+    def _check_keys(self) -> None:
         stated = (self.moving is not None) + (self.fixed is not None)
         _exact(len(self.positions), "positions")
         if len(self.positions) == FIVE and stated:
             raise ValueError("five positions leave no pin open: state neither `moving` nor `fixed`")
         if len(self.positions) == THREE and stated != 1:
             raise ValueError("three positions leave two pins open: state either `moving` or `fixed`")
-        return self
 
 
 class PathTask(Task):
@@ -147,13 +143,11 @@ class PathTask(Task):
     angles: tuple[Angle, ...] = ()
     closed: bool = True
 
-    @model_validator(mode="after")
-    def _has_as_many_angles(self) -> Self:
+    def _check_keys(self) -> None:
         if self.angles and len(self.angles) != len(self.path):
             raise ValueError(f"there are {len(self.path)} places and {len(self.angles)} angles: give as many")
         if len(self.path) == FIVE and not self.angles:
             raise ValueError("five places need `angles`: give them, or six places or more")
-        return self
 
     @property
     def exact(self) -> bool:
@@ -161,14 +155,11 @@ class PathTask(Task):
         return len(self.path) == FIVE
 
 
-TASKS: dict[str, type[FunctionTask | MotionTask | PathTask]] = {
-    "function": FunctionTask,
-    "motion": MotionTask,
-    "path": PathTask,
-}
+AnyTask = FunctionTask | MotionTask | PathTask
+TASKS: dict[str, type[AnyTask]] = {"function": FunctionTask, "motion": MotionTask, "path": PathTask}
 
 
-def load_task(path: str | Path) -> FunctionTask | MotionTask | PathTask:
+def load_task(path: str | Path) -> AnyTask:
     """Read the file of a task.
 
     Parameters
@@ -194,19 +185,8 @@ def load_task(path: str | Path) -> FunctionTask | MotionTask | PathTask:
     return read_toml(text_of(path, "task"), path.name, read_task)
 
 
-def read_task(data: dict[str, Any]) -> FunctionTask | MotionTask | PathTask:
-    """Make a task from plain data.
-
-    Parameters
-    ----------
-    data
-        Its keys.
-
-    Raises
-    ------
-    SceneError
-        When it is no task, with the place of what is wrong.
-    """
+def read_task(data: dict[str, Any]) -> AnyTask:
+    """Make a task from plain data."""
     kind = data.get("kind")
     if not isinstance(kind, str) or kind not in TASKS:
         found = "a task needs its kind" if kind is None else f"there is no task {shortened(kind)}"

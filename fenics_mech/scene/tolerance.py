@@ -55,18 +55,7 @@ Tolerance = Annotated[float | dict[str, float] | None, BeforeValidator(_read), W
 
 
 def stated(items: Sequence[str]) -> str | dict[str, str]:
-    """Give the tolerance that options of the command state: "1e-3" of the strains, or "deflection=1e-2".
-
-    Parameters
-    ----------
-    items
-        The options, one for each quantity.
-
-    Raises
-    ------
-    SceneError
-        When two are of the same quantity.
-    """
+    """Give the tolerance that options of the command state: "1e-3" of the strains, or "deflection=1e-2"."""
     if len(items) == 1 and "=" not in items[0]:
         return items[0]
     found: dict[str, str] = {}

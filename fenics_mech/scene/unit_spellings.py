@@ -17,45 +17,10 @@ READ = (  # each has one meaning
     (re.compile(r"\bkp\b"), "kgf"),  # kilopond
 )
 NAMES = [
-    "m",
-    "mm",
-    "cm",
-    "dm",
-    "km",
-    "um",
-    "in",
-    "ft",
-    "kg",
-    "mg",
-    "t",
-    "lb",
-    "N",
-    "kN",
-    "MN",
-    "daN",
-    "Pa",
-    "kPa",
-    "MPa",
-    "GPa",
-    "bar",
-    "psi",
-    "ksi",
-    "lbf",
-    "kgf",
-    "Hz",
-    "kHz",
-    "rad",
-    "mrad",
-    "deg",
-    "rpm",
-    "s",
-    "ms",
-    "min",
-    "h",
-    "J",
-    "W",
-    "kW",
-]
+    "m", "mm", "cm", "dm", "km", "um", "in", "ft", "kg", "mg", "t", "lb", "N", "kN", "MN", "daN", "Pa", "kPa", "MPa",
+    "GPa", "bar", "psi", "ksi", "lbf", "kgf", "Hz", "kHz", "rad", "mrad", "deg", "rpm", "s", "ms", "min", "h", "J",
+    "W", "kW",
+]  # fmt: skip
 MEANT = {name.lower(): name for name in NAMES} | {  # by what is written, in small letters
     "kgs": "kg", "g": "g", "gm": "g", "gms": "g", "gr": "g", "grs": "g", "newton": "N", "newtons": "N", "pct": "%",
     "cps": "Hz", "rads": "rad", "nm": "N m", "knm": "kN m", "nmm": "N mm", "kgm": "kg m", "kgcm": "kg cm",
@@ -69,28 +34,14 @@ WORD = re.compile(r"(?<![A-Za-z])[A-Za-z]+")
 
 
 def spelled(text: str) -> str:
-    """Write the units of a quantity as they are read: mm2 as mm^2, Nm as N m, RPM as rpm.
-
-    Parameters
-    ----------
-    text
-        The quantity.
-    """
+    """Write the units of a quantity as they are read: mm2 as mm^2, Nm as N m, RPM as rpm."""
     for pattern, to in READ:
         text = pattern.sub(to, text)
     return text
 
 
 def meant(text: str, reads: Callable[[str], float]) -> str:
-    """Give the quantity that is likely meant by one that is not read; empty where none is.
-
-    Parameters
-    ----------
-    text
-        The quantity, as "210 Gpa".
-    reads
-        Reads a quantity, or raises `ValueError`.
-    """
+    """Give the quantity that is likely meant by one that is not read; empty where none is."""
     changed = text
     for sign, name in SIGNS.items():
         changed = changed.replace(sign, name)

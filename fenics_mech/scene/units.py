@@ -10,7 +10,6 @@ import re
 import unicodedata
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,16 +22,9 @@ if TYPE_CHECKING:
     import pint
 
 
-@dataclass(frozen=True)
-class QuantityLimits:
-    """Limits of a quantity with a unit."""
-
-    largest: float = 1e30  # in SI: products of several of them must not overflow
-    longest: int = 100  # characters
-    most_powers: int = 5  # pint computes them with whole numbers of any length
-
-
-QUANTITY = QuantityLimits()
+LARGEST = 1e30  # in SI: products of several of them must not overflow
+LONGEST = 100  # characters
+MOST_POWERS = 5  # pint computes them with whole numbers of any length
 POWER = re.compile(r"\*\*|\^|[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 SMALL_POWER = re.compile(r"(\*\*|\^)\s*[-+]?\d\b(?!\s*(\*\*|\^|\.\d))|[⁰¹²³⁴⁵⁶⁷⁸⁹](?![⁰¹²³⁴⁵⁶⁷⁸⁹.])")
 
@@ -122,7 +114,7 @@ def registry() -> pint.UnitRegistry:
 def _in_common_units(text: str) -> tuple[float, Counter[str]] | None:
     """Read a number and its units as a float in SI and the powers of the SI units; None where it has any other."""
     text, powers = text.strip(), Counter[str]()
-    if (number := NUMBER.match(text)) is None or len(text) > QUANTITY.longest:
+    if (number := NUMBER.match(text)) is None or len(text) > LONGEST:
         return None
     value, rest = float(number[0]), text[number.end() :].strip()
     rest = rest if rest[:1] in ("", "*", "/") else f" {rest}"
@@ -150,7 +142,7 @@ def _in_common(text: str, unit: str) -> float | None:
 @cache
 def _parse(text: str, unit: str) -> float:
     """Convert the text of a quantity to a float in `unit`, or say what is likely meant."""
-    if len(text) > QUANTITY.longest:
+    if len(text) > LONGEST:
         return _by_pint(text, unit)
     plain = spelled(text)
     try:
@@ -171,10 +163,10 @@ def _by_pint(text: str, unit: str) -> float:
     """Convert the text of any quantity to a float in `unit`, or say what is wrong with it."""
     plain = "a number" if unit == "1" else f"a number in SI ({unit.replace('**', '^')})"
     example = f"write {plain} or a string such as {EXAMPLES[unit]!r}"
-    if len(text) > QUANTITY.longest:
+    if len(text) > LONGEST:
         raise ValueError(f"cannot read {shortened(text)} as a quantity: it has {len(text)} characters; {example}")
     powers = list(POWER.finditer(text))
-    if len(powers) > QUANTITY.most_powers or any(not SMALL_POWER.match(text, power.start()) for power in powers):
+    if len(powers) > MOST_POWERS or any(not SMALL_POWER.match(text, power.start()) for power in powers):
         raise ValueError(f"cannot read {text!r} as a quantity: an exponent is one digit, as in m^2; {example}")
     if not any(map(str.isdigit, text)):  # as "auto"
         raise ValueError(f"cannot read {text!r} as a quantity; {example}")
@@ -223,13 +215,7 @@ def _of_pounds(text: str, unit: str) -> str:
 
 
 def in_unit(unit: str) -> Callable[[Any], Any]:
-    """Give the validator that turns a number or a string into a finite float in `unit`.
-
-    Parameters
-    ----------
-    unit
-        Name of a unit, as "m^2".
-    """
+    """Give the validator that turns a number or a string into a finite float in `unit`."""
 
     def convert(value: Any) -> Any:
         number = _parse(value, unit) if isinstance(value, str) else value
@@ -237,23 +223,15 @@ def in_unit(unit: str) -> Callable[[Any], Any]:
             raise ValueError(
                 f"expected a number or a string with a unit such as {EXAMPLES[unit]!r}, found {shortened(value)}"
             )
-        if not abs(number) <= QUANTITY.largest:
-            raise ValueError(f"expected a finite number, at most {QUANTITY.largest:g} in SI, found {shortened(value)}")
+        if not abs(number) <= LARGEST:
+            raise ValueError(f"expected a finite number, at most {LARGEST:g} in SI, found {shortened(value)}")
         return float(number)
 
     return convert
 
 
 def unit_written(texts: Sequence[str], values: Sequence[float]) -> tuple[str, float] | None:
-    """Give the unit in which numbers are written and how much of SI it is; None where they have none.
-
-    Parameters
-    ----------
-    texts
-        The numbers as they are written.
-    values
-        The same in SI.
-    """
+    """Give the unit in which numbers are written and how much of SI it is; None where they have none."""
     for match, end in zip(map(NUMBER_AND_UNIT.fullmatch, texts), values):
         if match and float(match[1]):
             return match[2], end / float(match[1])
@@ -261,7 +239,7 @@ def unit_written(texts: Sequence[str], values: Sequence[float]) -> tuple[str, fl
 
 
 def _quantity(unit: str) -> Any:
-    return _of_reader(in_unit(unit), unit)
+    return Annotated[float, BeforeValidator(in_unit(unit)), _schema(unit)]
 
 
 class OfTurning(float):
@@ -273,10 +251,7 @@ class OfSliding(float):
 
 
 def _either(turning: str, sliding: str, named: str) -> Any:
-    """Give the type of a quantity in one of two units: its joint says which of them it is.
-
-    What is written in a unit of one of the two only is an `OfTurning` or an `OfSliding`, which the scene checks.
-    """
+    """Give the type of a quantity in one of two units: what is of one only is an `OfTurning` or an `OfSliding`."""
 
     def read(value: Any) -> Any:
         if not isinstance(value, str):
@@ -306,10 +281,6 @@ def _angle() -> Any:
         return OfTurning(number) if written or isinstance(value, OfTurning) else number
 
     return Annotated[float, WrapValidator(read), _schema("rad")]
-
-
-def _of_reader(read: Callable[[Any], Any], unit: str) -> Any:
-    return Annotated[float, BeforeValidator(read), _schema(unit)]
 
 
 def _schema(named: str) -> WithJsonSchema:

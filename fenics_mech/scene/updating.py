@@ -13,50 +13,18 @@ GONE = {  # keys of `analysis`: the value that said nothing, and what holds now
     "reduction": ("none", ALL_NODES),
     "cutoff": ("auto", ALL_NODES),
     "scheme": ("radau", "steps have Radau points"),
-    "tension": (
-        "rigid",
-        "axial forces are those of loads and rigid motion; with 'large-rotations' they settle",
-    ),
+    "tension": ("rigid", "axial forces are those of loads and rigid motion; with 'large-rotations' they settle"),
 }
 VALUE = r"""("(?:[^"\\\n]|\\.)*"|'[^'\n]*'|[^\s,#}\]]+)"""  # a text, a number, or true or false
 
 
 def without_neutral(analysis: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the table `analysis` without those gone keys whose value said nothing, as results of before hold them.
-
-    Parameters
-    ----------
-    analysis
-        The table.
-    """
+    """Give the table `analysis` without those gone keys whose value said nothing, as results of before hold them."""
     return {key: value for key, value in analysis.items() if key not in GONE or value != GONE[key][0]}
 
 
 def updated(text: str) -> tuple[str, dict[str, str]]:
-    r"""Give the text of a scene file without keys that have gone. Comments and all other lines stay.
-
-    Parameters
-    ----------
-    text
-        The text, in TOML.
-
-    Returns
-    -------
-    tuple
-        The new text, and what holds now by each key that was left out.
-
-    Raises
-    ------
-    tomllib.TOMLDecodeError
-        When the text is not TOML.
-
-    Examples
-    --------
-    >>> print(updated('[analysis]\nstations = 5\nreduction = "none"\n')[0])
-    [analysis]
-    stations = 5
-    <BLANKLINE>
-    """
+    """Give the text of a scene file without keys that have gone. Comments and all other lines stay."""
     left_out = {}
     for key, (_, now) in GONE.items():
         data = tomllib.loads(text)

@@ -56,24 +56,12 @@ def write_scene(scene: Scene, path: str | Path, comment: str = "") -> Path:
 
 
 def scene_text(scene: Scene) -> str:
-    """Give the text of a scene file.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give the text of a scene file."""
     return text_of(_stated(scene))
 
 
 def text_of(data: Mapping[str, Any]) -> str:
-    """Give the text of a scene file that states plain data.
-
-    Parameters
-    ----------
-    data
-        Texts, numbers, switches, lists and dictionaries of these, by key.
-    """
+    """Give the text of a scene file that states plain data."""
     above = [f"{key} = {literal(value)}" for key, value in data.items() if not isinstance(value, dict)]
     tables = [_table(key, value) for key, value in data.items() if isinstance(value, dict)]
     return "\n\n".join(["\n".join(above), *tables]) + "\n"
@@ -112,13 +100,7 @@ def _key(key: str) -> str:
 
 
 def literal(value: Any) -> str:
-    """Write a value in TOML, in one line.
-
-    Parameters
-    ----------
-    value
-        A text, a number, a switch, or a list or dictionary of these.
-    """
+    """Write a value in TOML, in one line."""
     if isinstance(value, dict):
         return f"{{ {', '.join(f'{_key(key)} = {literal(one)}' for key, one in value.items())} }}"
     if isinstance(value, list):

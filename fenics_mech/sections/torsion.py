@@ -67,7 +67,8 @@ def polygon_numbers(outline: Corners, holes: tuple[Corners, ...] = ()) -> Polygo
     place, dx = ufl.SpatialCoordinate(mesh), ufl.dx
     area = _fenicsx.integral(one * dx)
     centre = np.array([_fenicsx.integral(place[i] * dx) for i in range(2)]) / area
-    y, z = place[0] - float(centre[0]), place[1] - float(centre[1])
+    # constants, since numbers in forms would have every polygon compile its own
+    y, z = (place[i] - _fenicsx.constant(mesh, float(centre[i])) for i in range(2))
 
     w, v = ufl.TrialFunction(space), ufl.TestFunction(space)
     stiffness = _fenicsx.assemble_matrix(ufl.inner(ufl.grad(w), ufl.grad(v)) * dx)
@@ -76,7 +77,7 @@ def polygon_numbers(outline: Corners, holes: tuple[Corners, ...] = ()) -> Polygo
     torsion = _fenicsx.integral((y * strain[1] - z * strain[0]) * dx)
     along, across, both = (_fenicsx.integral(f * dx) for f in (y * y, z * z, y * z))
     mean = _fenicsx.integral(warping * dx) / area
-    by_y, by_z = (_fenicsx.integral((warping - float(mean)) * f * dx) for f in (y, z))
+    by_y, by_z = (_fenicsx.integral((warping - _fenicsx.constant(mesh, mean)) * f * dx) for f in (y, z))
     second, first = np.linalg.solve([[both, -along], [across, -both]], [-by_y, -by_z])  # (y_S, z_S)
     shear_centre = np.array([second, first])
 

@@ -4,23 +4,9 @@ from fenics_mech.solve.compiled_steps import accelerated
 from fenics_mech.solve.continuation import Driven, Family, Point, continued
 from fenics_mech.solve.derivatives import Beside, cycle_change, rest_change, running_change
 from fenics_mech.solve.frequencies import frequencies, tangents_at
-from fenics_mech.solve.held_modes import (
-    About,
-    FollowedModes,
-    damp_modes,
-    followed_modes,
-    held_damping,
-    held_modes,
-)
+from fenics_mech.solve.held_modes import About, FollowedModes, damp_modes, followed_modes, held_damping, held_modes
 from fenics_mech.solve.in_time import Course, march, steps_in_time
-from fenics_mech.solve.linear import (
-    Iterate,
-    StaticIteration,
-    axial_forces,
-    iterates,
-    quasi_static,
-    stiffening_stresses,
-)
+from fenics_mech.solve.linear import Iterate, StaticIteration, axial_forces, quasi_static, stiffening_stresses
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.periodic import Cycle, Iteration, periodic
 from fenics_mech.solve.rigid import rigid_cycle
@@ -59,7 +45,6 @@ __all__ = [
     "frequencies",
     "held_damping",
     "held_modes",
-    "iterates",
     "march",
     "periodic",
     "quasi_static",

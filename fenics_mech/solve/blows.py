@@ -9,7 +9,7 @@ by Lagrange's equations integrated over the instant (Goldsmith, Impact (1960), c
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,36 +25,16 @@ STEP = 1e-6  # of the extent: of central differences, whose error is its square,
 
 @dataclass(frozen=True)
 class Blows:
-    """Impulses that act together at the end of a step.
+    """Impulses that act together at the end of a step."""
 
-    Parameters
-    ----------
-    numbers
-        Of the impulses among those of the machine.
-    jumps
-        What each adds to the rates, and the impulses of the multipliers ``(impulses, size)``.
-    by_q
-        Derivatives of their sum by the coordinates ``(n, n)`` (1/s).
-    works
-        Energy that each gives (J).
-    """
-
-    numbers: list[int]
-    jumps: Array
-    by_q: Array
-    works: Array
+    numbers: list[int]  # of the impulses among those of the machine
+    jumps: Array  # what each adds to the rates, and the impulses of the multipliers (impulses, size)
+    by_q: Array  # derivatives of their sum by the coordinates (n, n) (1/s)
+    works: Array  # energy that each gives (J)
 
 
 def blows_of(machine: Machine, path: Path) -> dict[int, Blows]:
-    """Give the impulses of a machine by the step at whose end they act.
-
-    Parameters
-    ----------
-    machine
-        The machine.
-    path
-        A motion, whose steps begin where impulses act.
-    """
+    """Give the impulses of a machine by the step at whose end they act."""
     at_step: dict[int, list[int]] = {}
     for number, (t, _) in enumerate(machine.blows):
         away = np.abs(np.mod(path.starts - t + path.period / 2, path.period) - path.period / 2)
@@ -69,15 +49,7 @@ def blows_of(machine: Machine, path: Path) -> dict[int, Blows]:
 
 
 def gaps_between(path: Path, blows: dict[int, Blows]) -> Array:
-    """Give by how much steps miss the next one: coordinates, and rates times the mean step ``(steps, 2 n)``.
-
-    Parameters
-    ----------
-    path
-        The motion.
-    blows
-        Impulses by the step at whose end they act.
-    """
+    """Give by how much steps miss the next one: coordinates, and rates times the mean step ``(steps, 2 n)``."""
     n, (_, q, v, _) = path.n, path.at(np.ones(1))
     end_q, end_v = q[:, 0, :n], v[:, 0, :n]
     for k, struck in blows.items():
@@ -95,22 +67,8 @@ def _struck(machine: Machine, numbers: list[int], t: float, q: Array, v: Array) 
 
 
 def struck(machine: Machine, numbers: list[int], t: float, v: Array) -> tuple[Array, Array]:
-    """Give what impulses of a machine, by their numbers, do at the poses of its chart, which rests.
-
-    Parameters
-    ----------
-    machine, numbers
-        The machine, and the impulses.
-    t
-        Instant (s).
-    v
-        Rates before ``(size,)``.
-
-    Returns
-    -------
-    tuple
-        Jumps as in `Blows`, and the energy that each gives (J).
-    """
+    """Give what impulses of a machine, by their numbers, do at the poses of its chart, which rests."""
+    # v (size,)
     still = np.zeros(machine.size)
     added = jumps(machine, numbers, t, still[None])[0]
     return added, _works(machine, numbers, t, still, v, added)
@@ -130,17 +88,8 @@ def _works(machine: Machine, numbers: list[int], t: float, q: Array, v: Array, a
 
 
 def jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
-    """Give jumps of rates and impulses of multipliers ``(places, impulses, size)``.
-
-    Parameters
-    ----------
-    machine, numbers
-        The machine, and the impulses.
-    t
-        Instant (s).
-    q
-        Coordinates ``(places, size)``.
-    """
+    """Give jumps of rates and impulses of multipliers ``(places, impulses, size)``."""
+    # q (places, size)
     zero, time, found_of_all = np.zeros_like(q), np.full(len(q), t), []
     found = machine.residual(time, q, zero, zero, loads=0.0, moving=False)
     for number in numbers:
@@ -149,25 +98,17 @@ def jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
         measured = group.measure(found.at, None)
         stress = load.respond(time, measured.x, measured.rate).stress
         force, none = np.zeros_like(q), np.zeros_like(found.M)
-        group.spread(measured.with_response(Response(stress)), None, found.pattern, False, (force, none, none, none))
+        group.spread(
+            replace(measured, response=Response(stress)), None, found.pattern, False, (force, none, none, none)
+        )
         found_of_all.append(accelerated(machine, found, -force))
     return np.stack(found_of_all, axis=1)
 
 
 def with_rows(machine: Machine, t: float, v: Array) -> Array:
-    """Give rates that fulfil the rows of joints, by an impulse of these, where steps have left them off ``(size,)``.
-
-    Those of drives stay. Rates beside a row, which a step corrects, would be accelerations as large as it is short.
-
-    Parameters
-    ----------
-    machine
-        The machine, whose chart rests.
-    t
-        Instant (s).
-    v
-        Rates ``(size,)``.
-    """
+    """Give rates that fulfil the rows of joints, by an impulse of these, where steps have left them off ``(size,)``."""
+    # v (size,)
+    # Those of drives stay. Rates beside a row, which a step corrects, would be accelerations as large as it is short.
     zero, rows, n = np.zeros((1, machine.size)), len(machine.rows), machine.n
     found = machine.residual(np.array([t]), zero, zero, zero, loads=0.0, moving=False)
     off = machine.pattern.times(found.K, v[None])

@@ -19,37 +19,18 @@ LOST = 1e-7  # largest error of a solution by factors: Newton's method corrects 
 
 
 class Order(NamedTuple):
-    """The order in which the unknowns of a pattern are eliminated, as the kernel takes it.
+    """The order in which the unknowns of a pattern are eliminated, as the kernel takes it."""
 
-    Multipliers follow the coordinates that they bind, so that no row has to be exchanged for another. Among those that
-    may come next, the one with the fewest neighbours does.
+    # Multipliers follow the coordinates that they bind, so that no row has to be exchanged for another. Among those
+    # that may come next, the one with the fewest neighbours does.
 
-    Parameters
-    ----------
-    order
-        Unknowns.
-    first, later
-        Those that each meets later, in the order: ``later[first[k]:first[k + 1]]``.
-    to
-        Blocks between each two of them, one unknown after the other.
-    block
-        Block of every entry of the pattern.
-    row, column
-        Of every entry.
-    """
-
-    order: Places
-    first: Places
+    order: Places  # Unknowns
+    first: Places  # those that each meets later, in the order: later[first[k]:first[k + 1]]
     later: Places
-    to: Places
-    block: Places
-    row: Places
+    to: Places  # blocks between each two of them, one unknown after the other
+    block: Places  # block of every entry of the pattern
+    row: Places  # of every entry
     column: Places
-
-    @property
-    def blocks(self) -> int:
-        """Blocks of a step's factors."""
-        return len(self.order) + 2 * len(self.later)
 
 
 ORDERS = LastMade(8)  # machines of a study, and their finer meshes, have the same patterns
@@ -100,25 +81,14 @@ class Jump(Protocol):
 
 
 class CompiledSteps:
-    """Linearised steps of a cycle that are factored by blocks.
-
-    Parameters
-    ----------
-    order
-        Of their pattern.
-    n
-        Coordinates; what follows them are multipliers.
-    tableau, h
-        Of a step, and the lengths of all ``(steps,)`` (s).
-    M, C, K
-        Tangents at the stages ``(steps, stages, entries)``.
-    """
+    """Linearised steps of a cycle that are factored by blocks."""
 
     def __init__(self, order: Order, n: int, tableau: Tableau, h: Array, M: Array, C: Array, K: Array) -> None:
+        # tableau, h (steps,) (s); M, C, K (steps, stages, entries)
         self.n, self.shape = n, (*M.shape[:2], len(order.order))
         tables = map(np.ascontiguousarray, (h, tableau.A, tableau.square, tableau.c, M, C, K))
         self._given = (self.shape[1], self.shape[2], M.shape[2], *order, *tables)
-        self.factors = np.empty((len(h), order.blocks, self.shape[1], self.shape[1]))
+        self.factors = np.empty((len(h), len(order.order) + 2 * len(order.later), self.shape[1], self.shape[1]))
         singular = call("factor_steps", *self._given, len(h), self.factors)
         lost = np.inf if singular >= 0 else call("missed_steps", *self._given, len(h), self.factors)
         self.holds = bool(lost < LOST)  # else rows have to be exchanged, as where a link has no mass
@@ -132,10 +102,8 @@ class CompiledSteps:
         gaps: Array | None = None,
         along: bool = False,
     ) -> tuple[Array, Array | None, Array | None]:
-        """Take states through all steps, as `LinearSteps.through` does.
-
-        Rates count in a unit. After some steps they jump.
-        """
+        """Take states through all steps, as `LinearSteps.through` does."""
+        # Rates count in a unit. After some steps they jump.
         count, (steps, stages, size) = len(states), self.shape
         ends, a = states.copy(), np.empty((steps, stages, size)) if along else None
         after = np.empty((steps, count, 2 * self.n)) if along else None
@@ -153,15 +121,7 @@ MASSLESS = 1e-14  # of the largest mass: coordinates without mass, on which noth
 
 
 def mass_with_rows(machine: Machine, found: Evaluation) -> Array:
-    """Give the matrix of M a + G^T L = F, G a = 0 by the tangents of a residual ``(instants, entries)``.
-
-    Parameters
-    ----------
-    machine
-        The machine.
-    found
-        The residual at some instants, with tangents.
-    """
+    """Give the matrix of M a + G^T L = F, G a = 0 by the tangents of a residual ``(instants, entries)``."""
     n, kept, order = machine.n, machine.n + machine.held, order_of(found.pattern, machine.n)
     of_gaps, of_modes = (order.row >= n) & (order.column < n), (order.row >= kept) != (order.column >= kept)
     values = np.where(of_modes, 0.0, np.where(of_gaps, found.K, found.M))

@@ -28,35 +28,14 @@ class Event(NamedTuple):
 
 
 class Contacts:
-    """All contacts of a machine in a march.
-
-    Parameters
-    ----------
-    machine
-        The machine.
-    share
-        Largest error of a rate of indentation in a step, of that at which the contact began.
-    """
+    """All contacts of a machine in a march."""
 
     def __init__(self, machine: Machine, share: float) -> None:
         self.machine, self.share = machine, share
         self.terms = [k for k, term in enumerate(machine.terms) if isinstance(term, LawTerm) and term.contacts]
 
     def begin(self, t: float, v: Array, angles: Sequence[Array] | None = None) -> None:
-        """State which contacts are closed at the start, by an instant (s) and the rates there ``(size,)``.
-
-        Parameters
-        ----------
-        t, v
-            The instant and the rates.
-        angles
-            Measures of every term there; None where the terms know.
-
-        Raises
-        ------
-        SceneError
-            When bodies overlap that must not.
-        """
+        """State which contacts are closed at the start, by an instant (s) and the rates there ``(size,)``."""
         zero, at = np.zeros((1, self.machine.size)), np.array([t])
         for k in self.terms:
             term = self._term(k)
@@ -84,10 +63,8 @@ class Contacts:
                 term.change(step.t + step.h, int(contact), float(rates[contact, 0]))
 
     def error(self, step: Step, before: Array) -> float:
-        """Bound the errors of rates of indentation over what they may be, by the acceleration at the start ``(size,)``.
-
-        What it misses there is a rate for the time of the step. In a short one that is rounding of places.
-        """
+        """Bound the errors of rates of indentation over what they may be, by the starting acceleration ``(size,)``."""
+        # What it misses there is a rate for the time of the step. In a short one that is rounding of places.
         missed, worst = step.tableau.back @ step.a - before, 0.0
         missed[self.machine.n :] = 0.0
         start, led = replace(step, v=missed), replace(step, v=0 * missed)

@@ -157,19 +157,11 @@ def continued(family: Family, first: Cycle, points: int) -> Iterator[Point]:
 
 
 class _Branch:
-    """Motion and number as one vector, and the branch in its space.
+    """Motion and number as one vector, and the branch in its space."""
 
-    The vector holds coordinates where steps begin, rates there and accelerations by shares of the period, multipliers,
-    and the number in parts of the range ``(unknowns,)``. Its length is that of the coordinates, weighed by the root of
-    the mass and relative to the motion of the last point, and of the number.
-
-    Parameters
-    ----------
-    family
-        The machine over the number.
-    first
-        A motion at the start of the range, whose steps all motions have.
-    """
+    # The vector holds coordinates where steps begin, rates there and accelerations by shares of the period,
+    # multipliers, and the number in parts of the range (unknowns,). Its length is that of the coordinates, weighed by
+    # the root of the mass and relative to the motion of the last point, and of the number.
 
     def __init__(self, family: Family, first: Path) -> None:
         self.family, self.steps = family, first
@@ -290,10 +282,8 @@ class _Branch:
         return replace(found, kind=kind)
 
     def located(self, point: Point, new: Point, measure: Callable[[Point], float], near: float) -> Point:
-        """Find the point between two at which a measure of them is 0, by the Illinois method.
-
-        Source: Dowell and Jarratt, BIT 11 (1971) 168.
-        """
+        """Find the point between two at which a measure of them is 0, by the Illinois method."""
+        # Source: Dowell and Jarratt, BIT 11 (1971) 168.
         tangent = point.tangent / self.length(point.tangent)
         low, high = (0.0, measure(point)), (self.inner(tangent, new.unknowns - point.unknowns), measure(new))
         for _ in range(TRIALS):

@@ -54,10 +54,8 @@ class Beside:
         return self.machine.residual(t, *state, moving=moving, tangents=False, known=True).force[:, : self.kept]
 
     def carried(self, found: Evaluation, q: Array, v: Array, a: Array) -> Array:
-        """Give the linear part of the same. Sizes of modes of stress are those that the rates give.
-
-        Modes of two machines have no order and no signs in common, and their stresses have.
-        """
+        """Give the linear part of the same. Sizes of modes of stress are those that the rates give."""
+        # Modes of two machines have no order and no signs in common, and their stresses have.
         times = found.pattern.times
         Q, V, A = (self._fitted(x) for x in (q, v, a))
         force = times(found.K, Q) + times(found.C, V) + times(found.M, A)

@@ -30,18 +30,10 @@ SMALLEST = 1e-9  # of the largest singular value of rows without units: those be
 
 @dataclass
 class Transition:
-    """Carries disturbances of the state from a start on.
+    """Carries disturbances of the state from a start on."""
 
-    Parameters
-    ----------
-    states
-        Disturbances of coordinates and rates, one a column, ``(2 n, disturbances)``.
-    rough
-        Whether dry friction turned round between the stages of a step, which do not show how.
-    """
-
-    states: Array
-    rough: bool = False
+    states: Array  # disturbances of coordinates and rates, one a column, (2 n, disturbances)
+    rough: bool = False  # whether dry friction turned round between the stages of a step, which do not show how
 
     def take(self, step: Step) -> None:
         """Carry the disturbances through a step that is solved."""
@@ -54,24 +46,15 @@ class Transition:
 
 @dataclass
 class Growth:
-    """Follows how fast disturbances grow, however far a motion goes.
+    """Follows how fast disturbances grow, however far a motion goes."""
 
-    Parameters
-    ----------
-    states
-        As of `Transition`.
-    seen
-        Gives, by a step, shares of it, and disturbances there ``(shares, 2 n, disturbances)``, by what their size is
-        told: as many numbers as there are disturbances ``(shares, disturbances, disturbances)``.
-    times
-        Instants at which the growth is wanted too: it is no straight line between the ends of steps ``(times,)`` (s).
-    of_each
-        Time (s), and logarithm of what each disturbance has grown by since the start, there and at the ends of steps.
-    """
-
-    states: Array
+    states: Array  # as of `Transition`
+    # gives, by a step, shares of it, and disturbances there (shares, 2 n, disturbances), by what their size is told:
+    # as many numbers as there are disturbances (shares, disturbances, disturbances)
     seen: Callable[[Step, Array, Array], Array]
+    # instants at which the growth is wanted too: it is no straight line between the ends of steps (times,) (s)
     times: Array
+    # time (s), and logarithm of what each disturbance has grown by since the start, there and at the ends of steps
     of_each: list[tuple[float, Array]] = field(default_factory=list)
 
     def take(self, step: Step) -> None:
@@ -119,23 +102,8 @@ def inside(step: Step, states: Array, second: Array, shares: Array) -> Array:
 
 
 def allowed(machine: Machine, t: float, v: Array) -> tuple[Array, Array]:
-    """Give the disturbances of a state that the rows of joints allow, where the chart of a machine rests.
-
-    Parameters
-    ----------
-    machine
-        The machine.
-    t
-        Instant (s).
-    v
-        Rates ``(n,)``.
-
-    Returns
-    -------
-    tuple
-        Disturbances of coordinates and rates, one a column, ``(2 n, disturbances)``; and what corrects rates by what
-        all rows miss of theirs ``(n, rows)``.
-    """
+    """Give the disturbances of a state that the rows of joints allow, where the chart of a machine rests."""
+    # v (n,)
     n, end, units = machine.n, machine.n + machine.held, machine.units[: machine.n]
     spacing = APART / max(float(np.abs(v / units).max(initial=0.0)), TINY)
     q = np.zeros((3, machine.size))
@@ -151,11 +119,6 @@ def allowed(machine: Machine, t: float, v: Array) -> tuple[Array, Array]:
 
 
 def quarters_of(times: Array) -> Array:
-    """Give where the last two quarters of a motion begin and end (s), whose growth makes the exponents.
-
-    Parameters
-    ----------
-    times
-        Instants of the result, ascending ``(times,)`` (s).
-    """
+    """Give where the last two quarters of a motion begin and end (s), whose growth makes the exponents."""
+    # times (times,) (s)
     return np.linspace(times[0], times[-1], 5)[2:]

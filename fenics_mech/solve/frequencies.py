@@ -22,13 +22,7 @@ SAME = 1e-3  # of eigenvalues and vectors: a double rate of 0 comes out as two t
 
 
 def tangents_at(
-    machine: Machine,
-    q: Array,
-    a: Array,
-    t: float = 0.0,
-    *,
-    moving: bool = True,
-    angles: Sequence[Array] | None = None,
+    machine: Machine, q: Array, a: Array, t: float = 0.0, *, moving: bool = True, angles: Sequence[Array] | None = None
 ) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]:
     """Give M, C and K of small motions about an equilibrium: M x'' + C x' + K x = 0.
 
@@ -148,22 +142,10 @@ class _Inverse:
 
 
 def _nearest(operator: Callable[[Array], Array], unit: Array, kept: Array, count: int) -> tuple[Array, Array]:
-    """Give at least the largest eigenvalues ``(pairs,)`` of an operator, and its vectors ``(size, pairs)``.
-
-    From one start a Krylov space may miss some of several equal eigenvalues, as those of round bars or of members that
-    are alike. So others are followed too, until one shows nothing new.
-
-    Parameters
-    ----------
-    operator
-        Its product with a vector ``(size,)``.
-    unit
-        Sizes of its components ``(size,)``.
-    kept
-        Those of which its products depend ``(size,)``.
-    count
-        How many.
-    """
+    """Give at least the largest eigenvalues ``(pairs,)`` of an operator, and its vectors ``(size, pairs)``."""
+    # operator (size,); unit (size,); kept (size,)
+    # From one start a Krylov space may miss some of several equal eigenvalues, as those of round bars or of members
+    # that are alike. So others are followed too, until one shows nothing new.
     size, values, vectors = np.where(kept, unit, 1.0), [], []  # type: ignore[var-annotated]
     rng, reach, failure = np.random.default_rng(0), 0.0, SolverError("natural modes: SLEPc finds none")
     for _ in range(STARTS):

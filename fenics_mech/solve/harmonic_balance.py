@@ -43,21 +43,12 @@ UNBALANCED = (
 
 @dataclass(frozen=True)
 class Series:
-    """A Fourier series of coordinates and multipliers over a cycle.
+    """A Fourier series of coordinates and multipliers over a cycle."""
 
-    Parameters
-    ----------
-    coefficients
-        Mean, then cosine and sine of harmonic 1, 2 and so on, ``(1 + 2 harmonics, size)``; none of modes of stress.
-    period
-        s.
-    n
-        Coordinates; what follows them are multipliers.
-    """
-
+    # mean, then cosine and sine of harmonic 1, 2 and so on, (1 + 2 harmonics, size); none of modes of stress
     coefficients: Array
-    period: float
-    n: int
+    period: float  # s
+    n: int  # coordinates; what follows them are multipliers
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Give coordinates, rates, and accelerations with multipliers at instants ``(instants, size)`` each."""
@@ -76,22 +67,7 @@ class Series:
 
 
 class Balance:
-    """Newton's method on the coefficients, step by step.
-
-    Parameters
-    ----------
-    machine
-        The machine; its chart is a periodic motion.
-    period
-        s.
-    harmonics
-        Harmonics that are kept.
-    instants
-        Even instants of the cycle, more than four times as many: products of three harmonics then do not alias into
-        those kept.
-    stresses
-        As of `Iteration`.
-    """
+    """Newton's method on the coefficients, step by step."""
 
     found: Evaluation
 
@@ -151,22 +127,7 @@ class Balance:
 def balanced(
     machine: Machine, period: float, harmonics: int, instants: int, *, tolerance: float = CLOSE, most: int = 25
 ) -> tuple[Series, list[float]]:
-    """Find the periodic motion beside the machine's chart as a Fourier series, and the changes of Newton's method.
-
-    Parameters
-    ----------
-    machine, period, harmonics, instants
-        As of `Balance`.
-    tolerance, most
-        Of Newton's method.
-
-    Raises
-    ------
-    SolverError
-        When there is none near by, or it is at an undamped resonance.
-    UnresolvedError
-        When there are too few instants.
-    """
+    """Find the periodic motion beside the machine's chart as a Fourier series, and the changes of Newton's method."""
     balance = Balance(machine, period, harmonics, instants)
     changes = newton(balance.step, tolerance, most, "the balance of harmonics")
     return balance.series, changes
@@ -192,10 +153,10 @@ def _basis(t: Array, harmonics: int, period: float) -> Array:
 
 
 class _Differences:
-    """The linearised equation with central differences between the instants: a sparse block-cyclic matrix, factored.
+    """The linearised equation with central differences between the instants: a sparse block-cyclic matrix, factored."""
 
-    Rows are brought to a size of one, and so are columns: forces and gaps, coordinates and multipliers differ by units.
-    """
+    # Rows are brought to a size of one, and so are columns: forces and gaps, coordinates and multipliers differ by
+    # units.
 
     def __init__(self, found: Evaluation, n: int, period: float) -> None:
         pattern, count = found.pattern, len(found.t)

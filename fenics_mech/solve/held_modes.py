@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -140,7 +140,7 @@ def _unbent(machine: Machine, t: Array, about: About | None) -> Array:
     k = machine.terms.index(beams)
     here = machine.residual(t, zero, zero, about.pulls, predicted=about.stresses, moving=False).terms[k]
     assert here.response.by_measure is not None
-    alone = here.with_response(Response(about.stresses[k], np.zeros_like(here.response.by_measure)))
+    alone = replace(here, response=Response(about.stresses[k], np.zeros_like(here.response.by_measure)))
     turned = np.zeros((1, machine.pattern.entries))
     spread = np.zeros_like(zero), np.zeros_like(turned), np.zeros_like(turned), turned
     machine.groups[k].spread(alone, about.stresses[k], machine.pattern, True, spread)
@@ -148,23 +148,11 @@ def _unbent(machine: Machine, t: Array, about: About | None) -> Array:
 
 
 def _beside_rigid(mass: Array, K: Array, added: Array, ways: Array) -> tuple[Array, Array]:
-    """Give frequencies, 0 of rigid motions, and shapes of unit stiffness, or of unit mass where they have none.
-
-    Motions of rigid links, which joints let pass, are coordinates of their own. In these the links have no stiffness,
-    beside which that of springs, however soft, would be lost to rounding. Elastic motions carry rigid ones so that they
-    have no momentum in them.
-
-    Parameters
-    ----------
-    mass
-        Of the coordinates ``(n, n)``.
-    K
-        Stiffness with the rows ``(size, size)``.
-    added
-        Stiffness without that of the strains of beams ``(n, n)``.
-    ways
-        The motions ``(n, motions)``.
-    """
+    """Give frequencies, 0 of rigid motions, and shapes of unit stiffness, or of unit mass where they have none."""
+    # mass (n, n); K (size, size); added (n, n); ways (n, motions)
+    # Motions of rigid links, which joints let pass, are coordinates of their own. In these the links have no
+    # stiffness, beside which that of springs, however soft, would be lost to rounding. Elastic motions carry rigid
+    # ones so that they have no momentum in them.
     n, count = ways.shape
     free = scipy.linalg.null_space(K[n:, :n], rcond=1e-10) if len(K) > n else np.eye(n)
     mass, stiffness, added = (free.T @ (X + X.T) @ free / 2 for X in (mass, K[:n, :n], added))
@@ -216,13 +204,8 @@ class FollowedModes:
     assurance: Array
 
     def only(self, those: Index) -> FollowedModes:
-        """Give some of the modes.
-
-        Parameters
-        ----------
-        those
-            Their numbers ``(modes,)``.
-        """
+        """Give some of the modes."""
+        # those (modes,)
         shapes, momenta = self.shapes[..., those], self.momenta[..., those]
         return FollowedModes(self.omega[:, those], shapes, momenta, self.assurance[:, those])
 
@@ -341,11 +324,9 @@ def _left_by(rows: Array) -> sp.csr_matrix:
 def _nearest_to_0(
     stiffness: sp.csr_matrix, mass: sp.csr_matrix, count: int, options: Mapping[str, Any], what: str
 ) -> tuple[Array, Array]:
-    """Give the smallest eigenvalues (1/s^2) of a stiffness and a mass, ascending, and shapes ``(n, modes)``.
-
-    A Krylov space may hold fewer vectors of an eigenvalue than it has. By Sylvester's law of inertia as many are
-    below a number as ``K - number M`` has negative pivots.
-    """
+    """Give the smallest eigenvalues (1/s^2) of a stiffness and a mass, ascending, and shapes ``(n, modes)``."""
+    # A Krylov space may hold fewer vectors of an eigenvalue than it has. By Sylvester's law of inertia as many are
+    # below a number as K - number M has negative pivots.
     for wanted in (count, 2 * count + SPARE):
         eps, pair = SLEPc.EPS().create(comm=PETSc.COMM_SELF), [to_petsc(X) for X in (stiffness, mass)]
         eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)

@@ -25,13 +25,7 @@ class LastMotions(Generic[Motion]):
         self._motions: list[tuple[float, Motion]] = []
 
     def go_to(self, place: float | None) -> None:
-        """Go to the next motion.
-
-        Parameters
-        ----------
-        place
-            Its place in the run, such as a speed; None lets it begin from nothing.
-        """
+        """Go to the next motion."""
         if place is None:
             self._motions = []
         self._place = place or 0.0

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.path import Path
-from fenics_mech.solve.periodic import Iteration
 from fenics_mech.solve.sparse import blocks_of, solutions
 from fenics_mech.solve.statics import stiffness
 from fenics_mech.terms import Response
@@ -122,10 +120,9 @@ class StaticIteration:
         return bool(stiffness_along(self.machine.pattern.dense(self.values[0]), self.free)[0].min() > HELD)
 
     def _relieved(self, held: Evaluation) -> tuple[Array, Array]:
-        """Give a step and accelerations ``(instants, size)``, where the machine accelerates in its free motions.
-
-        These are made anew at each step by inverse iteration, as what the joints let move turns with the coordinates.
-        """
+        """Give a step and accelerations ``(instants, size)``, where the machine accelerates in its free motions."""
+        # These are made anew at each step by inverse iteration, as what the joints let move turns with the
+        # coordinates.
         machine, n, size = self.machine, self.machine.n, self.machine.size
         assert self.free is not None
         count, none = self.free.shape[1], [0 * stress for stress in self.stresses or ()]
@@ -155,8 +152,8 @@ class StaticIteration:
         strain = np.einsum("temn,ten->tem", here.gradient, group.variables(dq))
         force, (M, C, K) = np.zeros_like(x), np.zeros((3, *self.values.shape))
         stress, none = np.einsum("temk,tek->tem", by_strain, strain), np.zeros_like(strain)
-        group.spread(here.with_response(Response(stress)), None, machine.pattern, False, (force, M, C, K))
-        alone = here.with_response(Response(none, by_strain))
+        group.spread(replace(here, response=Response(stress)), None, machine.pattern, False, (force, M, C, K))
+        alone = replace(here, response=Response(none, by_strain))
         group.spread(alone, None, machine.pattern, True, (np.zeros_like(x), M, C, K))
         return np.asarray(force + machine.pattern.times(self.values - K, x))
 
@@ -189,10 +186,8 @@ class StaticIteration:
 
     @property
     def yielding(self) -> Array:
-        """Independent ways in which every answer gives way to a push, ``(instants,)``: none, where it is stable.
-
-        A stiffness that is positive along the rows has as many negative eigenvalues with them as there are rows.
-        """
+        """Independent ways in which every answer gives way to a push, ``(instants,)``: none, where it is stable."""
+        # A stiffness that is positive along the rows has as many negative eigenvalues with them as there are rows.
         machine, found = self.machine, []
         for value in self.values:
             matrix, held = machine.pattern.matrix(value).toarray(), machine.held
@@ -211,15 +206,8 @@ class StaticIteration:
 
 
 def stiffness_along(K: Array, motions: Array) -> tuple[Array, Array]:
-    """Give the stiffness along motions, as a share of that of what they move, and the motions that have it.
-
-    Parameters
-    ----------
-    K
-        Stiffness with the rows ``(size, size)``.
-    motions
-        ``(size, motions)``.
-    """
+    """Give the stiffness along motions, as a share of that of what they move, and the motions that have it."""
+    # K (size, size); motions (size, motions)
     held, size = motions.T @ K @ motions, np.abs(motions).T @ np.abs(K) @ np.abs(motions)
     units = 1 / np.sqrt(np.maximum(np.diag(size), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh((held + held.T) / 2 * units * units[:, None])
@@ -279,44 +267,3 @@ def axial_forces(machine: Machine, iterate: Iterate) -> list[Array]:
         Where the axial forces are from: the static answer.
     """
     return stiffening_stresses(machine, iterate.found, iterate.stresses)
-
-
-def iterates(
-    machine: Machine,
-    period: float,
-    steps: int = 60,
-    count: int = 2,
-    *,
-    stages: int = 3,
-    stiffening: Sequence[Array] | None = None,
-) -> list[Iterate]:
-    """Give the first steps of Newton's method for the periodic motion, from the rigid motion.
-
-    The first is that of a linear theory, and the change of the next one is its error: told over true it is 0.96 to 1.02
-    where the error is below 30 %.
-
-    Parameters
-    ----------
-    machine
-        The machine; its chart is the rigid motion.
-    period
-        s.
-    steps, stages
-        Of a cycle, and of a step.
-    count
-        Number of iterates.
-    stiffening
-        Stresses of every term at all stages that make the geometric stiffness of the first one; None for those of the
-        rigid motion, in which beams have none.
-
-    Raises
-    ------
-    SolverError
-        When the motion is at an undamped resonance.
-    """
-    iteration, made = Iteration(machine, Path.of_rest(machine, period, steps, stages), stiffening), []
-    for _ in range(count):
-        iteration.step()
-        t = iteration.path.at(iteration.path.tableau.c)[0].ravel()
-        made.append(Iterate(t, iteration.found, iteration.change, iteration.predicted))
-    return made

@@ -14,24 +14,7 @@ ROUNDING = 1e-2  # changes below which Newton's method converges, unless roundin
 
 
 def newton(step: Callable[[], float], tolerance: float, most: int, what: str) -> list[float]:
-    """Step until the change is small, and give the sizes of all changes.
-
-    Parameters
-    ----------
-    step
-        Makes a step, and gives its size relative to what is sought.
-    tolerance
-        Of that size.
-    most
-        Steps that it may take.
-    what
-        What is sought, for the message.
-
-    Raises
-    ------
-    SolverError
-        When it has not converged.
-    """
+    """Step until the change is small, and give the sizes of all changes."""
     changes: list[float] = []
     while len(changes) < most:
         try:
@@ -69,22 +52,8 @@ class Loaded(Protocol):
 
 
 def converge(answer: Loaded, tolerance: float, most: int, what: str) -> list[float]:
-    """Step until the change is small, and give the sizes of all changes.
-
-    Where that does not lead to an answer, the loads are increased from none, and no sizes are given.
-
-    Parameters
-    ----------
-    answer
-        Newton's method, before its first step.
-    tolerance, most, what
-        As of `newton`.
-
-    Raises
-    ------
-    SolverError
-        When there is no answer near by. It tells up to which share of the loads there are some.
-    """
+    """Step until the change is small, and give the sizes of all changes."""
+    # Where that does not lead to an answer, the loads are increased from none, and no sizes are given.
     begun = dict(vars(answer))
     try:
         return newton(answer.step, tolerance, most, what)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,9 @@ from fenics_mech._petsc import PETSc, configured
 from fenics_mech.errors import SolverError
 
 
+@dataclass
 class _Operator:
-    def __init__(self, apply: Callable[[Array], Array]) -> None:
-        self.apply = apply
+    apply: Callable[[Array], Array]
 
     def mult(self, matrix: object, x: object, y: object) -> None:
         y.setArray(self.apply(x.getArray(readonly=True)))  # type: ignore[attr-defined]
@@ -23,17 +24,8 @@ class _Operator:
 
 @contextmanager
 def shell(size: int, apply: Callable[[Array], Array]) -> Iterator[tuple[Any, Any, Any]]:
-    """Give the matrix whose product with a vector a function makes, and two vectors that fit it.
-
-    Python alone does not destroy what PETSc holds, and the function holds the factors of all steps.
-
-    Parameters
-    ----------
-    size
-        Rows, and columns.
-    apply
-        Gives the product.
-    """
+    """Give the matrix whose product with a vector a function makes, and two vectors that fit it."""
+    # Python alone does not destroy what PETSc holds, and the function holds the factors of all steps.
     matrix = PETSc.Mat().createPython([size, size], _Operator(apply), comm=PETSc.COMM_SELF)
     matrix.setUp()
     right, left = matrix.createVecs()
@@ -45,30 +37,8 @@ def shell(size: int, apply: Callable[[Array], Array]) -> Iterator[tuple[Any, Any
 
 
 def by_gmres(apply: Callable[[Array], Array], right: Array, rtol: float, most: int, prefix: str, failure: str) -> Array:
-    """Solve a linear system whose matrix a function knows, by a KSP.
-
-    Its directions are made orthogonal twice: once leaves rounding of the stiff ones, by which it stops at 1e-8.
-
-    Parameters
-    ----------
-    apply
-        Gives the product of the matrix with a vector.
-    right
-        Right-hand side.
-    rtol
-        Of it, what may be left.
-    most
-        Directions that are kept, and steps at most.
-    prefix
-        Of the KSP's options.
-    failure
-        What to say where it does not converge.
-
-    Raises
-    ------
-    SolverError
-        When it does not converge.
-    """
+    """Solve a linear system whose matrix a function knows, by a KSP."""
+    # Its directions are made orthogonal twice: once leaves rounding of the stiff ones, by which it stops at 1e-8.
     ksp = PETSc.KSP().create(PETSc.COMM_SELF)
     ksp.setType("gmres")
     ksp.setGMRESRestart(most)

@@ -54,10 +54,8 @@ class Path:
         return np.diff(self.starts, append=self.starts[0] + self.period)
 
     def when(self, t: Array) -> tuple[Array, Array, Array]:
-        """Give coordinates, rates and accelerations at instants of the cycle ``(instants, size)`` each.
-
-        Where two steps meet it is the end of the first, in which accelerations are of the order of the steps.
-        """
+        """Give coordinates, rates and accelerations at instants of the cycle ``(instants, size)`` each."""
+        # Where two steps meet it is the end of the first, in which accelerations are of the order of the steps.
         since = np.mod(t - self.starts[0] - MEETING * self.period, self.period) + MEETING * self.period
         step = np.searchsorted(self.starts - self.starts[0], since - MEETING * self.period, side="right") - 1
         h = self.h[step]

@@ -71,21 +71,14 @@ class Cycle:
         return blows_of(self.machine, self.path)
 
     def multipliers(self, count: int = 6) -> Array:
-        """Give the largest Floquet multipliers: factors on a small disturbance in one cycle.
-
-        Parameters
-        ----------
-        count
-            How many.
-        """
+        """Give the largest Floquet multipliers: factors on a small disturbance in one cycle."""
         return self.steps.multipliers(count)[0]
 
 
 class LinearSteps:
-    """The linearised steps of a cycle: factors of every step, and how states go through them.
+    """The linearised steps of a cycle: factors of every step, and how states go through them."""
 
-    A state is (coordinates, rates times the mean step), ``(2 n,)``.
-    """
+    # A state is (coordinates, rates times the mean step), (2 n,).
 
     def __init__(self, machine: Machine, path: Path, found: Evaluation) -> None:
         self.tableau, self.pattern = path.tableau, machine.pattern
@@ -103,23 +96,8 @@ class LinearSteps:
     def through(
         self, states: Array, right: Array | None = None, gaps: Array | None = None, along: bool = False
     ) -> tuple[Array, Array | None, Array | None]:
-        """Take states through all steps.
-
-        Parameters
-        ----------
-        states
-            Each a row ``(states, 2 n)``.
-        right, gaps
-            Forces ``(steps, stages, size)``, and what is added after each step ``(steps, 2 n)``; None for none.
-        along
-            Whether to give more than the ends.
-
-        Returns
-        -------
-        tuple
-            The ends ``(states, 2 n)``, accelerations of the first ``(steps, stages, size)``, and all states after
-            each step ``(steps, states, 2 n)``.
-        """
+        """Take states through all steps."""
+        # states (states, 2 n)
         if self.march is not None:
             return self.march.through(states, self.unit, self.blows, right, gaps, along)
         a, after, ends = [], [], states
@@ -154,20 +132,8 @@ class LinearSteps:
         return self.through(np.eye(2 * self.n))[0].T
 
     def change(self, right: Array, gaps: Array) -> Path:
-        """Give by what the path changes, periodic again.
-
-        GMRES solves (1 - cycle) x = b for the state at the start.
-
-        Parameters
-        ----------
-        right, gaps
-            Forces ``(steps, stages, size)``, and what is missing between steps ``(steps, 2 n)``.
-
-        Raises
-        ------
-        SolverError
-            When the linearised motion is at a resonance that nothing damps.
-        """
+        """Give by what the path changes, periodic again."""
+        # GMRES solves (1 - cycle) x = b for the state at the start.
         b = self.through(np.zeros((1, 2 * self.n)), right, gaps)[0][0]
         resonant = "the cycle does not close: the linearised motion is at a resonance that nothing damps"
         start = by_gmres(lambda x: x - self.cycle(x), b, 1e-11, len(b), "fenics_mech_closing_", resonant)

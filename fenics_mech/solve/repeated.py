@@ -59,55 +59,29 @@ SHOOTING = ShootingLimits()
 
 @dataclass(frozen=True)
 class State:
-    """A state of a motion.
+    """A state of a motion."""
 
-    Parameters
-    ----------
-    time
-        Time (s).
-    displacement, velocity
-        Coordinates and their rates, ``(coordinates,)`` each.
-    known
-        What tells whole turns there to who integrates the motion.
-    """
-
-    time: float
-    displacement: Array
+    time: float  # time (s)
+    displacement: Array  # coordinates and their rates, (coordinates,) each
     velocity: Array
-    known: Any = None
+    known: Any = None  # what tells whole turns there to who integrates the motion
 
 
 @dataclass(frozen=True)
 class Lap:
-    """A motion from a state to the end of a cycle.
+    """A motion from a state to the end of a cycle."""
 
-    Parameters
-    ----------
-    start, end
-        The states.
-    forces
-        Forces or accelerations at both, which are the same where the motion repeats ``(2, forces)``.
-    sizes
-        What coordinates and rates are relative to, ``(2 coordinates,)``: see `sizes_of`.
-    disturbed
-        Small disturbances of the coordinates and rates at the start that the rows allow, one a column,
-        ``(2 coordinates, disturbances)``.
-    transition
-        What becomes of them, as large: by what the end then misses the start more.
-    rough
-        Whether bodies touched, or dry friction turned round: disturbances of such a motion are known roughly only.
-    shares
-        Where its steps end, of its duration, with 0 ``(steps + 1,)``.
-    """
-
-    start: State
+    start: State  # the states
     end: State
-    forces: Array
-    sizes: Array
+    forces: Array  # forces or accelerations at both, which are the same where the motion repeats (2, forces)
+    sizes: Array  # what coordinates and rates are relative to, (2 coordinates,): see `sizes_of`
+    # small disturbances of the coordinates and rates at the start that the rows allow, one a column, (2 coordinates,
+    # disturbances)
     disturbed: Array
-    transition: Array
+    transition: Array  # what becomes of them, as large: by what the end then misses the start more
+    # whether bodies touched, or dry friction turned round: disturbances of such a motion are known roughly only
     rough: bool
-    shares: Array
+    shares: Array  # where its steps end, of its duration, with 0 (steps + 1,)
 
     @property
     def duration(self) -> float:
@@ -152,55 +126,27 @@ class Runner(Protocol):
 
 @dataclass(frozen=True)
 class Search:
-    """What is looked for.
+    """What is looked for."""
 
-    Parameters
-    ----------
-    period
-        A cycle of drives and forces; of a motion with a period of its own, about that (s).
-    driven
-        Whether drives lead parts of the machine.
-    cycles
-        Cycles that the motion goes on for at first.
-    repeats
-        Cycles after which it comes back.
-    settled
-        Change from cycle to cycle, relative to its size, at which it goes on no further.
-    tolerance
-        By which a closed cycle may miss its start.
-    """
-
-    period: float
-    driven: bool
-    cycles: int
-    repeats: int
-    settled: float
-    tolerance: float
+    period: float  # a cycle of drives and forces; of a motion with a period of its own, about that (s)
+    driven: bool  # whether drives lead parts of the machine
+    cycles: int  # cycles that the motion goes on for at first
+    repeats: int  # cycles after which it comes back
+    settled: float  # change from cycle to cycle, relative to its size, at which it goes on no further
+    tolerance: float  # by which a closed cycle may miss its start
 
 
 @dataclass(frozen=True)
 class RepeatedMotion:
-    """A motion that repeats.
+    """A motion that repeats."""
 
-    Parameters
-    ----------
-    start
-        The state that comes back.
-    multipliers
-        Floquet multipliers, largest magnitude first; none where bodies touch, or dry friction turns round.
-    period
-        Time after which it repeats (s).
-    change
-        By how much it misses that: of coordinates over the largest way of their kind, of rates over the largest rate.
-    own
-        Whether its period is its own, and none of forces or drives.
-    """
-
-    start: State
+    start: State  # the state that comes back
+    # floquet multipliers, largest magnitude first; none where bodies touch, or dry friction turns round
     multipliers: NDArray[np.complex128]
-    period: float
+    period: float  # time after which it repeats (s)
+    # by how much it misses that: of coordinates over the largest way of their kind, of rates over the largest rate
     change: float
-    own: bool
+    own: bool  # whether its period is its own, and none of forces or drives
 
     @property
     def growing(self) -> NDArray[np.complex128]:
@@ -228,22 +174,7 @@ class RepeatedMotion:
 
 
 def repeated_motion(search: Search, runner: Runner) -> RepeatedMotion:
-    """Find the motion that repeats.
-
-    Parameters
-    ----------
-    search
-        What is looked for.
-    runner
-        Integrates the motion.
-
-    Raises
-    ------
-    SceneError
-        When it is to repeat after several cycles, and has a period of its own.
-    SolverError
-        When no motion beside that which goes on by itself repeats.
-    """
+    """Find the motion that repeats."""
     start = runner.begin()
     own = not search.driven and not runner.depends_on_time(start)
     if own:
@@ -307,20 +238,8 @@ def _recurrence(history: History, kinds: Index) -> float:
 
 
 def sizes_of(place: Array, rate: Array, kinds: Index) -> Array:
-    """Give what coordinates and their rates are relative to: the largest way and rate of their kind.
-
-    Parameters
-    ----------
-    place, rate
-        Coordinates and rates in a cycle, ``(times, coordinates)`` each.
-    kinds
-        Kind of each coordinate, ``(coordinates,)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        ``(2 coordinates,)``.
-    """
+    """Give what coordinates and their rates are relative to: the largest way and rate of their kind."""
+    # place, rate (times, coordinates) each; kinds (coordinates,)
     found = np.stack([np.ptp(place, axis=0), np.abs(rate).max(axis=0)])
     least = SHOOTING.least * found.max(axis=1, keepdims=True)
     for kind in np.unique(kinds):
@@ -372,10 +291,8 @@ def _by_newton(runner: Runner, lap: Lap, own: bool) -> Lap | None:
 
 
 def _nearer(runner: Runner, lap: Lap, change: float, own: bool, tries: int) -> tuple[Lap, float] | None:
-    """Give a cycle that misses its start by less, or None; `tries` are of steps, each half as long.
-
-    Unknown are sizes of orthogonal disturbances, over what coordinates and rates are relative to.
-    """
+    """Give a cycle that misses its start by less, or None; `tries` are of steps, each half as long."""
+    # Unknown are sizes of orthogonal disturbances, over what coordinates and rates are relative to.
     scale = lap.sizes[:, None]
     orthogonal, triangle = np.linalg.qr(lap.disturbed / scale)
     matrix = np.linalg.solve(triangle.T, (lap.transition / scale).T).T - orthogonal

@@ -52,28 +52,15 @@ REST = RestLimits()
 
 @dataclass(frozen=True)
 class SmallMotions:
-    """Small motions about an equilibrium, the slowest first.
+    """Small motions about an equilibrium, the slowest first."""
 
-    Parameters
-    ----------
-    frequency
-        Natural frequency with damping (Hz), 0 where it does not oscillate, ``(motions,)``.
-    decay
-        Rate at which it decays (1/s), negative where it grows, ``(motions,)``.
-    """
-
-    frequency: Array
-    decay: Array
+    frequency: Array  # natural frequency with damping (Hz), 0 where it does not oscillate, (motions,)
+    decay: Array  # rate at which it decays (1/s), negative where it grows, (motions,)
 
     @classmethod
     def of(cls, mass: Array, damping: Array, stiffness: Array) -> SmallMotions:
-        """Solve ``M y'' + C y' + K y = 0`` for all motions that go as ``exp(s t)``.
-
-        Parameters
-        ----------
-        mass, damping, stiffness
-            M, C and K, ``(coordinates, coordinates)`` each.
-        """
+        """Solve ``M y'' + C y' + K y = 0`` for all motions that go as ``exp(s t)``."""
+        # mass, damping, stiffness (coordinates, coordinates) each
         n = len(mass)
         moved = np.linalg.solve(mass, np.hstack([stiffness, damping]))
         roots = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-moved]]))
@@ -91,32 +78,15 @@ class SmallMotions:
         return bool((self.decay < -REST.rounding * fastest).any())
 
     def first(self, count: int) -> SmallMotions:
-        """Give the slowest motions.
-
-        Parameters
-        ----------
-        count
-            How many, at most.
-        """
+        """Give the slowest motions."""
         return SmallMotions(self.frequency[:count], self.decay[:count])
 
 
 class Shape:
-    """Newton's method for the shape of links at rest, step by step, whose freedoms are held.
-
-    Parameters
-    ----------
-    machine
-        The machine; its chart is that in which it is drawn.
-    t
-        Instant ``(1,)`` (s).
-    q, a
-        Where to begin: coordinates, and accelerations that hold the multipliers ``(1, size)`` each.
-    drawn
-        Angles of every term in the chart.
-    """
+    """Newton's method for the shape of links at rest, step by step, whose freedoms are held."""
 
     def __init__(self, machine: Machine, t: Array, q: Array, a: Array, drawn: Sequence[Array]) -> None:
+        # t (1,) (s); q, a (1, size) each
         self.machine, self.t, self.q, self.a, self.drawn = machine, t, q, a, drawn
         self.share = 1.0  # of the loads that act
         self.stresses: Sequence[Array] | None = None
@@ -157,18 +127,10 @@ class Shape:
 
 @dataclass(frozen=True)
 class Condensed:
-    """What is left of the freedoms' equations at a shape of the links, which give way at once.
+    """What is left of the freedoms' equations at a shape of the links, which give way at once."""
 
-    Parameters
-    ----------
-    shape
-        The shape.
-    rows
-        Numbers of the rows that lead the freedoms.
-    """
-
-    shape: Shape
-    rows: Index
+    shape: Shape  # the shape
+    rows: Index  # numbers of the rows that lead the freedoms
 
     @cached_property
     def _tangents(self) -> tuple[Array, Array]:
@@ -205,13 +167,7 @@ class Condensed:
         return float(eigh((stiff + stiff.T) / 2, self.mass, eigvals_only=True, subset_by_index=(0, 0))[0])
 
     def change(self, least: float) -> Array:
-        """Give a step of Newton's method ``(freedoms,)``, with as much mass in the stiffness as makes it positive.
-
-        Parameters
-        ----------
-        least
-            The least eigenvalue.
-        """
+        """Give a step of Newton's method ``(freedoms,)``, with as much mass in the stiffness as makes it positive."""
         left, mass = self.left, self.mass
         accelerated = float(np.abs(np.linalg.solve(mass, left)).max())
         shift = 0.0 if least > REST.least else max(-REST.shift * least, accelerated / REST.longest)
@@ -222,55 +178,28 @@ class Condensed:
 
 
 def led_by(whole: Array, numbers: Index) -> Array:
-    """Give how unknowns move with the values of rows ``(size, rows)``, by their stiffness ``(size, size)``.
-
-    Rows and columns are brought to one size before.
-    """
+    """Give how unknowns move with the values of rows ``(size, rows)``, by their stiffness ``(size, size)``."""
+    # Rows and columns are brought to one size before.
     scale = 1 / np.sqrt(np.maximum(np.abs(whole).max(axis=1), 1e-300))
     return np.asarray(scale[:, None] * np.linalg.solve(scale[:, None] * whole * scale, np.diag(scale)[:, numbers]))
 
 
 @dataclass(frozen=True)
 class RestSearch:
-    """Searches the equilibrium of a machine with freedoms.
+    """Searches the equilibrium of a machine with freedoms."""
 
-    Parameters
-    ----------
-    machine
-        The machine as drawn, with rows that lead the freedoms.
-    rows
-        Numbers of these rows.
-    names
-        Names of the freedoms, for messages.
-    t
-        Instant at which drives are held ``(1,)`` (s).
-    led
-        Leads the rows of the freedoms to places ``(freedoms,)``, and gives coordinates of links that do not bend there
-        ``(n,)``. It raises `MechanismError` where there are none.
-    drawn
-        Angles of every term as drawn.
-    """
-
-    machine: Machine
-    rows: Index
-    names: tuple[str, ...]
-    t: Array
+    machine: Machine  # the machine as drawn, with rows that lead the freedoms
+    rows: Index  # numbers of these rows
+    names: tuple[str, ...]  # names of the freedoms, for messages
+    t: Array  # instant at which drives are held (1,) (s)
+    # Leads the rows of the freedoms to places (freedoms,), and gives coordinates of links that do not bend there
+    # (n,). It raises `MechanismError` where there are none.
     led: Callable[[Array], Array]
-    drawn: Sequence[Array]
+    drawn: Sequence[Array]  # angles of every term as drawn
 
     def found_from(self, place: Array) -> tuple[Array, Condensed]:
-        """Give the places of the freedoms at rest ``(freedoms,)``, and what is there.
-
-        Parameters
-        ----------
-        place
-            Places to start from ``(freedoms,)``.
-
-        Raises
-        ------
-        SolverError
-            When there is no equilibrium near.
-        """
+        """Give the places of the freedoms at rest ``(freedoms,)``, and what is there."""
+        # place (freedoms,)
         here = self.at(place)
         for _ in range(REST.most_steps):
             least = self._least(here)
@@ -282,20 +211,8 @@ class RestSearch:
         raise SolverError(f"no equilibrium of {self._named} is found after {REST.most_steps} steps. {ADVICE}")
 
     def at(self, place: Array, near: tuple[Array, Condensed] | None = None) -> Condensed:
-        """Let links take their shape with the freedoms held, near to one at other places, which goes along with them.
-
-        Parameters
-        ----------
-        place
-            Places of the freedoms ``(freedoms,)``.
-        near
-            Places and shape that are known; None to begin from links that do not bend.
-
-        Raises
-        ------
-        SolverError
-            When there is none.
-        """
+        """Let links take their shape with the freedoms held, near to one at other places, which goes along."""
+        # place (freedoms,)
         machine, size = self.machine, self.machine.size
         if near is None:
             q, a = np.pad(self.led(place), (0, size - machine.n))[None], np.zeros((1, size))
@@ -356,13 +273,7 @@ class RestSearch:
             )
 
     def refuse_unstable(self, motions: SmallMotions) -> None:
-        """Raise `SolverError` where a small motion grows.
-
-        Parameters
-        ----------
-        motions
-            The small motions.
-        """
+        """Raise `SolverError` where a small motion grows."""
         if motions.grows:
             fastest = -float(motions.decay.min())
             raise SolverError(
@@ -374,30 +285,10 @@ class RestSearch:
 def small_motions(
     machine: Machine, t: float, q: Array, a: Array, rows: Index, count: int, angles: Sequence[Array] | None = None
 ) -> SmallMotions:
-    """Give the slowest small motions about an equilibrium of a machine whose freedoms are let go.
-
-    They are combinations of what the freedoms move, links giving way at once, and of the links' slowest modes beside.
-
-    Parameters
-    ----------
-    machine
-        The machine, with rows that lead the freedoms.
-    t
-        Instant (s).
-    q, a
-        Coordinates, and accelerations with the multipliers ``(size,)``.
-    rows
-        Numbers of the rows of the freedoms.
-    count
-        How many, at most.
-    angles
-        As of the residual.
-
-    Raises
-    ------
-    SolverError
-        When links buckle with the freedoms held.
-    """
+    """Give the slowest small motions about an equilibrium of a machine whose freedoms are let go."""
+    # q, a (size,)
+    # They are combinations of what the freedoms move, links giving way at once, and of the links' slowest modes
+    # beside.
     n, (M, C, K) = machine.n, (x.toarray() for x in tangents_at(machine, q, a, t, moving=False, angles=angles))
     moved, pushed = (led_by(x, n + rows)[:n] for x in (K, K.T))
     held = null_space(K[n:, :n]) if len(K) > n else np.eye(n)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
-from fenics_mech.geometry import Fourier
+from fenics_mech.geometry import Fourier, Given
 from fenics_mech.machine import Machine
 from fenics_mech.solve.statics import equilibria, equilibrium
 
@@ -15,9 +17,7 @@ FOUND = 1e-12  # Newton's change of coordinates (m, rad), where a position is fo
 LEFT_OUT = 1e-11  # of the machine's extent, that harmonics of the highest quarter may have: rounding is 1e-12
 
 
-def rigid_cycle(
-    machine: Machine, period: float, positions: int | None = None, near: Fourier | None = None, least: int = 0
-) -> Fourier:
+def rigid_cycle(machine: Machine, period: float, positions: int | None = None) -> Fourier:
     """Give the periodic motion of the machine whose members do not bend, as a chart.
 
     Parameters
@@ -28,21 +28,15 @@ def rigid_cycle(
         s.
     positions
         Even positions; harmonics up to half of them are kept. None for as many as there are harmonics.
-    near
-        The rigid motion of a like machine, which may have another period: the one beside it is found, at its positions.
-    least
-        Positions that the laws of the drives need at least: fewer take a high harmonic for a low one.
 
     Raises
     ------
     SolverError
         When the machine cannot be assembled at a position, which is named, or does not come back after the period.
     """
-    if near is not None:
-        return _near(machine, period, near)
     if positions is None:
         chart = rigid_cycle(machine, period, FEWEST)
-        while not enough(chart, machine, least):
+        while not enough(chart, machine, 0):
             chart = _doubled(machine, chart)
         return chart
     places, rotations = [], []
@@ -63,17 +57,6 @@ def rigid_cycle(
     return Fourier(machine.geometry, period, np.array(places[:-1]), np.array(rotations[:-1]))
 
 
-def _near(machine: Machine, period: float, chart: Fourier) -> Fourier:
-    """Give a rigid motion at the positions of that of a machine which differs a little."""
-    t, d = period / len(chart.r) * np.arange(len(chart.r)), machine.geometry.d
-    machine.chart = None
-    drawn, rest = machine.known.at(t), machine.places < 0  # what has no coordinates is where this machine has it
-    r = np.where(rest[:, :d], drawn.r, chart.r)
-    R = np.where(rest[:, d:, None], drawn.R, chart.R)
-    r, R = _beside(machine, Fourier(machine.geometry, period, r, R), t)
-    return Fourier(machine.geometry, period, r, R)
-
-
 def _doubled(machine: Machine, chart: Fourier) -> Fourier:
     """Give a rigid motion at twice as many positions: those between are near to its Fourier series."""
     count = len(chart.r)
@@ -84,7 +67,9 @@ def _doubled(machine: Machine, chart: Fourier) -> Fourier:
 
 def _beside(machine: Machine, chart: Fourier, t: Array) -> tuple[Array, Array]:
     """Give rigid places and rotations at some instants (s), near to a motion."""
-    machine.chart = chart
+    drawn = chart.at(t)  # between its positions, its rotations are not quite orthogonal: the nearest that are
+    left, _, right = np.linalg.svd(drawn.R)
+    machine.chart = Given(t, replace(drawn, R=left @ right))
     zero = np.zeros((len(t), machine.size))
     q, a = equilibria(machine, t, zero, loads=0.0, moving=False, tolerance=FOUND, most=20, what="rigid positions")
     for at, held in zip(t, a):
@@ -95,17 +80,7 @@ def _beside(machine: Machine, chart: Fourier, t: Array) -> tuple[Array, Array]:
 
 
 def enough(chart: Fourier, machine: Machine, least: int) -> bool:
-    """Say whether a rigid motion has enough positions, or as many as are taken at most.
-
-    Parameters
-    ----------
-    chart
-        The rigid motion.
-    machine
-        Its machine.
-    least
-        Positions that the laws of its drives need.
-    """
+    """Say whether a rigid motion has enough positions, or as many as are taken at most."""
     size = np.abs(np.fft.rfft(chart.r, axis=0)) / len(chart.r)
     highest = size[-len(size) // 4 :].max()  # of any place (m), in the highest quarter of those that are kept
     return len(chart.r) >= least and (len(chart.r) >= MOST or bool(highest <= LEFT_OUT * machine.extent))

@@ -109,10 +109,8 @@ def about_motion(
 
 
 def _turned(machine: Machine, here: Evaluation) -> Array:
-    """Give the mass between coordinates and the velocities at which links turn them ``(instants, entries)`` (kg/s).
-
-    It is how a drag against the velocity beside the links' axes changes with the coordinates; `here` is without it.
-    """
+    """Give the mass between coordinates and the velocities at which links turn them ``(instants, entries)`` (kg/s)."""
+    # It is how a drag against the velocity beside the links' axes changes with the coordinates; `here` is without it.
     dragged, zero = copy(machine), np.zeros((len(here.t), machine.size))
     dragged.drag = replace(machine.drag, relative=machine.drag.relative + 1.0)
     return here.K - dragged.residual(here.t, zero, zero, zero).K

@@ -22,15 +22,7 @@ SMALL = 200  # rows of a matrix: its inverse takes less time than sparse factors
 
 
 class Blocks:
-    """Where the entries of a matrix lie that has a block of `stages` rows and columns at each entry of a pattern.
-
-    Parameters
-    ----------
-    pattern
-        Of the blocks.
-    stages
-        Rows of a block.
-    """
+    """Where the entries of a matrix lie that has a block of `stages` rows and columns at each entry of a pattern."""
 
     def __init__(self, pattern: Pattern, stages: int) -> None:
         row = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr))[:, None, None] * stages
@@ -61,24 +53,10 @@ def blocks_of(pattern: Pattern, stages: int) -> Blocks:
 
 
 class Factors:
-    """LU factors of a square matrix, whose rows and columns are brought to a size of one before.
-
-    Parameters
-    ----------
-    blocks
-        Where its entries lie.
-    values
-        Entries ``(entries of the pattern, stages, stages)``.
-    what
-        What it belongs to, for the message.
-
-    Raises
-    ------
-    SolverError
-        When it is singular.
-    """
+    """LU factors of a square matrix, whose rows and columns are brought to a size of one before."""
 
     def __init__(self, blocks: Blocks, values: Array, what: str) -> None:
+        # values (entries of the pattern, stages, stages)
         flat = values.ravel()
         self._rows = 1 / np.sqrt(np.maximum(blocks.largest_of_rows(np.abs(flat)), 1e-300))
         data = flat[blocks.by_column] * self._rows[blocks.indices]
@@ -98,22 +76,8 @@ class Factors:
 
 
 def inverses(blocks: Blocks, values: Array, what: str) -> Array:
-    """Give the inverses of many small matrices with the same pattern, scaled as `Factors` does before.
-
-    Parameters
-    ----------
-    blocks
-        Where their entries lie.
-    values
-        Entries ``(matrices, entries of the pattern, stages, stages)``.
-    what
-        What they belong to, for the message.
-
-    Raises
-    ------
-    SolverError
-        When one is singular.
-    """
+    """Give the inverses of many small matrices with the same pattern, scaled as `Factors` does before."""
+    # values (matrices, entries of the pattern, stages, stages)
     whole = np.zeros((len(values), blocks.size, blocks.size))
     whole[:, *blocks.places] = values.reshape(len(values), -1)
     rows = 1 / np.sqrt(np.maximum(np.abs(whole).max(axis=2, initial=0.0), 1e-300))
@@ -130,24 +94,8 @@ def inverses(blocks: Blocks, values: Array, what: str) -> Array:
 
 
 def solutions(blocks: Blocks, values: Array, right: Array, what: str) -> Array:
-    """Solve many systems with the same pattern, each for one vector.
-
-    Parameters
-    ----------
-    blocks
-        Where the entries of their matrices lie.
-    values
-        Entries ``(matrices, entries of the pattern, stages, stages)``.
-    right
-        Right-hand sides ``(matrices, size)``.
-    what
-        What they belong to, for the message.
-
-    Raises
-    ------
-    SolverError
-        When one is singular.
-    """
+    """Solve many systems with the same pattern, each for one vector."""
+    # values (matrices, entries of the pattern, stages, stages); right (matrices, size)
     if blocks.size <= SMALL:
         return np.asarray((inverses(blocks, values, what) @ right[..., None])[..., 0])
     return np.array([Factors(blocks, value, what).solve(vector) for value, vector in zip(values, right)])

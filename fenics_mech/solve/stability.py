@@ -31,15 +31,8 @@ class RunningModes(NamedTuple):
     modes: Index
 
     def changed(self, change: Array, before: float, after: float) -> RunningModes:
-        """Give the vibrations beside another motion.
-
-        Parameters
-        ----------
-        change
-            What changes in log(multiplier) ``(multipliers,)``.
-        before, after
-            Periods of both motions (s).
-        """
+        """Give the vibrations beside another motion."""
+        # change (multipliers,); before, after (s)
         told = np.exp(1j * before * self.rates.imag) * np.abs(self.multipliers)
         turned = np.abs(told - self.multipliers) > np.abs(told - self.multipliers.conj())
         rates = (before * self.rates + np.where(turned, change.conj(), change)) / after

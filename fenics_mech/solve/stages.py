@@ -13,31 +13,16 @@ from fenics_mech._arrays import Array
 
 @dataclass(frozen=True)
 class Tableau:
-    """Points and weights of a step of length 1.
+    """Points and weights of a step of length 1."""
 
-    Parameters
-    ----------
-    c
-        Stages ``(stages,)``; the last is the end of the step.
-    A
-        ``(stages, stages)``: a rate at the stages is its start plus A times the accelerations.
-    square
-        A A, for the coordinates.
-    back
-        Value of the stages' polynomial at the start ``(stages,)``.
-    inside
-        Largest error of a coordinate inside the step, by the difference between the acceleration at its start and the
-        stages' polynomial there; from the remainder of interpolation, whose zeros are the stages.
-    inside_rate
-        The same of a rate.
-    """
-
-    c: Array
-    A: Array
-    square: Array
-    back: Array
+    c: Array  # stages (stages,); the last is the end of the step
+    A: Array  # (stages, stages): a rate at the stages is its start plus A times the accelerations
+    square: Array  # a A, for the coordinates
+    back: Array  # value of the stages' polynomial at the start (stages,)
+    # largest error of a coordinate inside the step, by the difference between the acceleration at its start and the
+    # stages' polynomial there; from the remainder of interpolation, whose zeros are the stages
     inside: float
-    inside_rate: float
+    inside_rate: float  # the same of a rate
 
     @cached_property
     def lead(self) -> float:
@@ -75,10 +60,8 @@ def radau(stages: int) -> Tableau:
 
 
 def stage_matrix(tableau: Tableau, h: float, M: Array, C: Array, K: Array) -> Array:
-    """Give the blocks of the matrix of a step's accelerations, stages side by side: M + h A C + h^2 A A K.
-
-    `M`, `C` and `K` are ``(stages, entries)``; the blocks are ``(entries, stages, stages)``.
-    """
+    """Give the blocks of the matrix of a step's accelerations, stages side by side: M + h A C + h^2 A A K."""
+    # `M`, `C` and `K` are (stages, entries); the blocks are (entries, stages, stages).
     blocks = h * tableau.A[None] * C.T[:, :, None] + h * h * tableau.square[None] * K.T[:, :, None]
     i = np.arange(len(tableau.c))
     blocks[:, i, i] = blocks[:, i, i] + M.T

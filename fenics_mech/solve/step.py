@@ -104,13 +104,7 @@ class Step:
         return q, v, values @ self.a
 
     def solved(self) -> Step:
-        """Solve it by Newton's method from the accelerations that it has.
-
-        Raises
-        ------
-        SolverError
-            When it has no solution.
-        """
+        """Solve it by Newton's method from the accelerations that it has."""
         machine, tableau, h, n = self.machine, self.tableau, self.h, self.machine.n
         a, size, stages = self.a.copy(), machine.size, len(tableau.c)
         if rubs(self.machine.terms):  # from the rates at the start: what sticks is not taken for what slides
@@ -151,10 +145,8 @@ class Step:
         return largest if self.shapes is None else max(largest, float(np.abs(change @ self.shapes.T).max(initial=0.0)))
 
     def _slipping(self, found: Evaluation, predicted: Sequence[Array] | None) -> float:
-        """Give how far friction is off its law, and how far a step of Newton's method takes it, over its limit.
-
-        Changes of places in a short step do not show it.
-        """
+        """Give how far friction is off its law, and how far a step of Newton's method takes it, over its limit."""
+        # Changes of places in a short step do not show it.
         weight, worst = self.machine.inertia.largest(found.at), 0.0
         for k, term in enumerate(self.machine.terms):
             response = found.terms[k].response
@@ -202,11 +194,9 @@ class Step:
 
     @property
     def grows(self) -> bool:
-        """Whether something grows in it by more than e without vibrating: what is below the tolerance would die out.
-
-        Then the stiffness is less than minus the mass over the square of its length, where the rows are held. What
-        the material damps is not symmetric where links turn.
-        """
+        """Whether something grows in it by more than e without vibrating: what is below the tolerance would die out."""
+        # Then the stiffness is less than minus the mass over the square of its length, where the rows are held. What
+        # the material damps is not symmetric where links turn.
         n, machine = self.machine.n, self.machine
         assert self.tangents is not None
         M, _, K = (machine.pattern.dense(x[:1])[0] for x in self.tangents)
@@ -223,10 +213,8 @@ class Step:
         return False
 
     def _filtered(self, missed: Array) -> Array:
-        """Take away from changes of coordinates what rows and stiff parts hold back within the step ``(n,)``.
-
-        Source: Hairer and Wanner, Solving ODE II, chapter IV.8.
-        """
+        """Take away from changes of coordinates what rows and stiff parts hold back within the step ``(n,)``."""
+        # Source: Hairer and Wanner, Solving ODE II, chapter IV.8.
         n, machine = self.machine.n, self.machine
         assert self.tangents is not None
         M, C, K = (x[:1] for x in self.tangents)

@@ -13,45 +13,20 @@ from fenics_mech.errors import SolverError
 from fenics_mech.recovery import Result
 from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Scene
-from fenics_mech.scene.load_cases import scenes_of, told_of_case
+from fenics_mech.scene.load_cases import about_case, scenes_of
 from fenics_mech.studies.worker_processes import Workers
 
 
 class CaseTask(NamedTuple):
-    """A load case to be analysed.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    data
-        Its scene, as JSON.
-    path
-        The file for its result.
-    """
+    """A load case to be analysed."""
 
     name: str
-    data: str
-    path: Path
+    data: str  # its scene, as JSON
+    path: Path  # the file for its result
 
 
 def analyse_cases(scene: Scene, jobs: int, progress: Callable[[str], None] = lambda step: None) -> Result:
-    """Analyse the load cases of a scene by several processes; one process, or a scene without cases, as `analyse` does.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    jobs
-        Number of processes.
-    progress
-        As of `analyse`; of several processes it is called as each case begins.
-
-    Raises
-    ------
-    MechanismError
-        When the analysis of a case fails, which is named.
-    """
+    """Analyse the load cases of a scene by several processes; with one process or one case as `analyse` does."""
     if jobs <= 1 or len(scene.cases) <= 1:
         return analyse(scene, progress)
     with TemporaryDirectory() as folder, Workers(jobs) as workers:
@@ -65,7 +40,7 @@ def analyse_cases(scene: Scene, jobs: int, progress: Callable[[str], None] = lam
 
 def analyse_case(task: CaseTask) -> None:
     """Analyse one load case, and save its result."""
-    with told_of_case(task.name):
+    with about_case(task.name):
         analyse(Scene.model_validate_json(task.data)).save(task.path)
 
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 import re
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -26,61 +23,31 @@ from fenics_mech.scene import Scene
 ADDED = (COUPLING, STIFFENING, EXACT_STRAINS)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Count:
-    """What a run made.
+    """What a run made."""
 
-    Parameters
-    ----------
-    forms
-        UFL forms compiled (or found in the cache) and assembled.
-    matrices
-        PETSc matrices created.
-    seconds
-        Time.
-    """
-
-    forms: int = 0
-    matrices: int = 0
-    seconds: float = 0.0
+    forms: int  # UFL forms compiled (or found in the cache) and assembled
+    matrices: int  # PETSc matrices created
+    seconds: float  # time
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run with some effects.
+    """A run with some effects."""
 
-    Parameters
-    ----------
-    name
-        What was added last.
-    result, count
-        What came out, and what it took.
-    difference
-        Largest difference of the strains from the last run's, over the largest strain of the member in the last run.
-    """
-
-    name: str
+    name: str  # what was added last
+    # result, count: what came out, and what it took
     result: Result
     count: Count
+    # largest difference of the strains from the last run's, over the largest strain of the member in the last run
     difference: float
 
 
 def added_one_by_one(scene: Scene) -> list[Run]:
-    """Run a scene quasi-statically, then with vibration, then with effects added one at a time.
-
-    All runs have the mesh and the steps that the scene states, whatever its tolerance. An effect that another one
-    replaces goes when that one comes. The last run is what the others are compared with.
-
-    Parameters
-    ----------
-    scene
-        A scene with a periodic response.
-
-    Raises
-    ------
-    SceneError
-        When the scene has no periodic response: the angles of the runs would be others.
-    """
+    """Run a scene quasi-statically, then with vibration, then with effects added one at a time."""
+    # All runs have the mesh and the steps that the scene states, whatever its tolerance. An effect that another one
+    # replaces goes when that one comes. The last run is what the others are compared with.
     if scene.analysis.method != "periodic":
         raise SceneError(
             f"--compare needs a periodic response, and the method is {scene.analysis.method}",
@@ -103,45 +70,22 @@ def added_one_by_one(scene: Scene) -> list[Run]:
 def _counted_run(scene: Scene) -> tuple[Result, Count]:
     """Analyse a scene twice, and count what the second run makes (the first one fills the caches)."""
     analyse(scene)
-    with counted() as count:
+    before = _matrices_created()
+    with (
+        mock.patch.object(_fenicsx, "_assembled", wraps=_fenicsx._assembled) as bilinear,
+        mock.patch.object(_fenicsx, "assemble_vector", wraps=_fenicsx.assemble_vector) as linear,
+    ):
+        start = time.perf_counter()
         result = analyse(scene)
-    return result, count
+        seconds = time.perf_counter() - start
+    return result, Count(bilinear.call_count + linear.call_count, _matrices_created() - before, seconds)
 
 
 def largest_difference(result: Result, other: Result) -> float:
-    """Largest difference of strains, over each member's largest in `other`; the angles of both must be the same.
-
-    Parameters
-    ----------
-    result, other
-        Results with the same members, stations and angles.
-    """
+    """Largest difference of strains, over each member's largest in `other`; the angles of both must be the same."""
     mine, theirs = (r.data["strain"].transpose("theta", "member", "s", "fibre").to_numpy() for r in (result, other))
     largest = np.abs(theirs).max(axis=(0, 2, 3))
     return float((np.abs(mine - theirs).max(axis=(0, 2, 3)) / np.maximum(largest, 1e-6 * largest.max())).max())
-
-
-@contextmanager
-def counted() -> Iterator[Count]:
-    """Count forms, matrices and time."""
-    count = Count()
-
-    def counting(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-        def call(form: Any) -> Any:
-            count.forms += 1
-            return function(form)
-
-        return call
-
-    before = _matrices_created()
-    with (
-        mock.patch.object(_fenicsx, "_assembled", counting(_fenicsx._assembled)),
-        mock.patch.object(_fenicsx, "assemble_vector", counting(_fenicsx.assemble_vector)),
-    ):
-        start = time.perf_counter()
-        yield count
-        count.seconds = time.perf_counter() - start
-    count.matrices = _matrices_created() - before
 
 
 def _matrices_created() -> int:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import logging
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -28,7 +28,8 @@ from fenics_mech.scene.load_cases import refuse_cases
 from fenics_mech.solve.continuation import FOLD
 from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.studies.gauge import Gauge
-from fenics_mech.studies.kept_points import KEPT, Record
+from fenics_mech.studies.kept_points import KEPT
+from fenics_mech.studies.kept_records import Record
 from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of
 from fenics_mech.studies.sweep_points import reduced, tabulated
 
@@ -189,20 +190,27 @@ def follow(
         raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
     range_si = range_in_si(scene, path, ends)
     at_start = Scene.read(placed(scene_data(scene), {path: range_si[0]}))
-    first, motions = _followed(at_start, path, range_si, points)
+    first = followable(at_start)
+    data = scene_data(first)
+    at = lru_cache(maxsize=8)(lambda value: Scene.read(placed(data, {path: value})))
     records: list[Record] = []
     values: list[float] = []
     ended = END
 
     def found() -> Branch:
-        attributes = {"path": path, "ended": ended, "gauge": json.dumps(asdict(gauge or Gauge()))}
-        return Branch(_dataset(first, path, values, records, attributes))
+        data = xr.Dataset(coords={path: ("point", values, {"units": unit_of(first, path)})})
+        data = tabulated(data, records, {**KEPT, **OWN}, first, {"point": len(values)})
+        data = data.assign_coords({"part": ["real", "imaginary"]} if "part" in data.dims else {})
+        data.attrs = {"fenics_mech": __version__, "title": first.name, "scene": first.model_dump_json()}
+        data.attrs |= {"path": path, "ended": ended, "gauge": json.dumps(asdict(gauge or Gauge()))}
+        return Branch(data)
 
     try:
-        for motion in motions:
-            progress(motion.value)
-            records.append(_record(motion, gauge or Gauge()))
-            values.append(motion.value)
+        for point, solved in followed(at, path, range_si, points):
+            progress(point.value)
+            told = {"fold": point.kind == FOLD, "iterations": len(point.cycle.changes)}
+            records.append(_record(_result(solved), gauge or Gauge(), told))
+            values.append(point.value)
             if len(values) >= most_points:
                 ended = f"{most_points} points, and the branch has not left the range: follow it over a smaller one"
                 break
@@ -218,32 +226,6 @@ def follow(
     return found()
 
 
-@dataclass(frozen=True)
-class _Motion:
-    """A motion of a branch: its number, whether it is at a fold, Newton's steps, and what gives its result."""
-
-    value: float
-    fold: bool
-    iterations: int
-    result: Callable[[], Result]
-
-
-Motions = tuple[Scene, Iterator[_Motion]]  # the scene at the start with its effects, and the motions of its branch
-
-
-def _followed(scene: Scene, path: str, ends: tuple[float, float], points: int) -> Motions:
-    """Follow the motions from one end of the range on."""
-    first = followable(scene)
-    data = scene_data(first)
-    at = lru_cache(maxsize=8)(lambda value: Scene.read(placed(data, {path: value})))
-
-    def motions() -> Iterator[_Motion]:
-        for point, solved in followed(at, path, ends, points):
-            yield _Motion(point.value, point.kind == FOLD, len(point.cycle.changes), partial(_result, solved))
-
-    return first, motions()
-
-
 def _result(solved: Solved) -> Result:
     """Give the result of a motion, without its errors where none is near by: at a fold finer meshes have none there."""
     try:
@@ -255,32 +237,18 @@ def _result(solved: Solved) -> Result:
     return result_of(replace(solved, scene=solved.scene.changed({"analysis.error_estimates": False})))
 
 
-def _record(motion: _Motion, gauge: Gauge) -> Record:
-    """Keep of a motion what a sweep keeps, and what `OWN` lists."""
-    result = motion.result()
+def _record(result: Result, gauge: Gauge, told: Record) -> Record:
+    """Keep of a motion what a sweep keeps, and what `OWN` lists, of which `told` is known."""
     record, data, strain = reduced(result, gauge), result.data, curves_of(result, "strain")
     multiplier = np.zeros((0, 2))  # no vibration is slow enough for the steps
     if "multiplier" in data:
         multiplier = data["multiplier"].transpose(..., "part").to_numpy()
     if "strain_error" in data:
         record["values"]["strain_error"] = data["strain_error"].sum("source").to_numpy()
-    record["values"] |= {
+    record["values"] |= told | {
         "strain_highest": strain.highest()[1].max(axis=(1, 2)),
         "strain_lowest": strain.lowest()[1].min(axis=(1, 2)),
         "multiplier": multiplier,
         "stable": np.hypot(*multiplier.T).max(initial=0) <= 1 + STABILITY.tolerance,
-        "fold": motion.fold,
-        "iterations": motion.iterations,
     }
     return record
-
-
-def _dataset(
-    scene: Scene, path: str, values: list[float], records: list[Record], attributes: dict[str, str]
-) -> xr.Dataset:
-    """Label the points' numbers."""
-    data = xr.Dataset(coords={path: ("point", values, {"units": unit_of(scene, path)})})
-    data = tabulated(data, records, {**KEPT, **OWN}, scene, {"point": len(values)})
-    data = data.assign_coords({"part": ["real", "imaginary"]} if "part" in data.dims else {})
-    data.attrs = {"fenics_mech": __version__, "title": scene.name, "scene": scene.model_dump_json()} | attributes
-    return data

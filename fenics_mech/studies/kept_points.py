@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NotRequired
 
 import numpy as np
 from pydantic import Field, TypeAdapter
 
-from fenics_mech._files import write_whole
 from fenics_mech._read_back import LARGEST_STRAIN, Ended, Text, read_kept
-from fenics_mech._version import __version__
-from fenics_mech.errors import MechanismError
 from fenics_mech.scene.joints import joint_names
-from fenics_mech.studies.gauge import Gauge
+from fenics_mech.studies.kept_records import Record
 
 if TYPE_CHECKING:
     from fenics_mech.scene import Scene
 
-Record = dict[str, Any]
 Variables = Mapping[str, tuple[tuple[str, ...], str, str]]
 
 KEPT: Variables = {  # by variable: dimensions, unit, meaning
@@ -57,7 +50,6 @@ KEPT: Variables = {  # by variable: dimensions, unit, meaning
     "joint_force_error_estimate": ((), "1", "estimated error of the joint forces, relative to the largest"),
     "drive_effort_error_estimate": ((), "1", "estimated error of the drives' efforts, relative to the largest"),
 }
-LOST = "LostProcess"  # error of a point whose process was ended from outside
 TEXTS = {
     "error": "kind of error that the point ended with",
     "message": "what it said",
@@ -97,58 +89,20 @@ class Point(Ended):
 POINT = TypeAdapter(Point)
 
 
-def point_file(folder: Path, data: Record, gauge: Gauge) -> Path:
-    """Give the file of a point: its name is the hash of version, scene and gauge.
-
-    Parameters
-    ----------
-    folder
-        Folder of the sweep's points.
-    data
-        The point's scene, as plain data.
-    gauge
-        Where the strain is split into harmonics.
-    """
-    text = json.dumps([__version__, data, asdict(gauge)], sort_keys=True)
-    return folder / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
-
-
 def kept_point(path: Path, scene: Scene) -> Record | None:
-    """Read a point that has been computed, also one that is to be tried again; None where there is none.
-
-    Parameters
-    ----------
-    path
-        The point's file.
-    scene
-        Its scene, or that of another point of the sweep.
-    """
+    """Read a point that has been computed, also one that is to be tried again; None where there is none."""
     record = read_kept(path, POINT)
     return None if record is None or unlike(record.get("values", {}), scene) else dict(record)
 
 
 def read_point(path: Path, scene: Scene) -> Record | None:
-    """Read a finished point; None where there is none, or one that is to be tried again.
-
-    Parameters
-    ----------
-    path, scene
-        As of `kept_point`.
-    """
+    """Read a finished point; None where there is none, or one that is to be tried again."""
     record = kept_point(path, scene)
     return None if record is None or record["again"] else record
 
 
 def unlike(values: Mapping[str, Any], scene: Scene) -> str:
-    """Say what is not as the points of a scene have it, or not possible at all; an empty text where all is.
-
-    Parameters
-    ----------
-    values
-        The numbers of a point, by variable.
-    scene
-        The scene.
-    """
+    """Say what is not as the points of a scene have it, or not possible at all; an empty text where all is."""
     sizes = {"member": len(scene.members()), "joint": len(joint_names(scene.joints))}
     for name, numbers in values.items():
         if name not in KEPT:
@@ -167,35 +121,3 @@ def unlike(values: Mapping[str, Any], scene: Scene) -> str:
         if np.isinf(known).any() and name not in INFINITE:
             return f"{name} is not finite"
     return ""
-
-
-def write_point(path: Path, record: Record) -> None:
-    """Write what is kept of a point.
-
-    Parameters
-    ----------
-    path
-        The point's file.
-    record
-        What is kept. The message of an unknown error may be of any length.
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    """
-    text = json.dumps(record | {"message": str(MechanismError(record["message"]))})
-    write_whole(path, lambda temporary: temporary.write_text(text))
-
-
-def give_up(path: Path) -> None:
-    """Write that the process of a point was lost; the point is tried again by the next sweep.
-
-    Parameters
-    ----------
-    path
-        The point's file.
-    """
-    said = "the process that computed this point was ended from outside: there may be too little memory"
-    record = dict.fromkeys(TEXTS, "") | {"error": LOST, "message": said, "again": True, "seconds": 0.0}
-    write_point(path, record)

@@ -22,43 +22,32 @@ _pool: ContextVar[Any] = ContextVar("the other processes of mpirun", default=Non
 
 
 def led(study: Callable[Given, Found]) -> Callable[Given, Found]:
-    """Let the first process do a study, and the others what it shares; all get what it finds, or its error.
-
-    Parameters
-    ----------
-    study
-        A function that may have a number of `jobs`. What it gives is pickled where there are other processes.
-    """
+    """Let the first process do a study, and the others what it shares; all get what it finds, or its error."""
 
     @wraps(study)
     def alone_or_led(*given: Given.args, **named: Given.kwargs) -> Found:
-        if MPI.COMM_WORLD.size == 1:
+        comm = MPI.COMM_WORLD
+        if comm.size == 1:
             return study(*given, **named)
-        return _led(lambda: study(*given, **named), named.get("jobs", 1))
+        if named.get("jobs", 1) != 1:
+            raise MechanismError("the processes of mpirun share the trials already: leave --jobs out, or mpirun")
+        from mpi4py.futures import MPICommExecutor  # noqa: PLC0415  (under mpirun only)
+
+        found, error = None, None
+        with MPICommExecutor(comm) as pool:  # the others work in here until the first one has left
+            if pool is not None:
+                before = _pool.set(pool)
+                found, error = tried(comm, lambda: study(*given, **named))
+                _pool.reset(before)
+
+        def outcome() -> Found | None:
+            if error is not None:
+                raise error
+            return found
+
+        return comm.bcast(together(comm, outcome))  # type: ignore[no-any-return]
 
     return alone_or_led
-
-
-def _led(work: Callable[[], Found], jobs: object) -> Found:
-    """Work in the first process, with the others."""
-    comm = MPI.COMM_WORLD
-    if jobs != 1:
-        raise MechanismError("the processes of mpirun share the trials already: leave --jobs out, or mpirun")
-    from mpi4py.futures import MPICommExecutor  # noqa: PLC0415  (under mpirun only)
-
-    found, error = None, None
-    with MPICommExecutor(comm) as pool:  # the others work in here until the first one has left
-        if pool is not None:
-            before = _pool.set(pool)
-            found, error = tried(comm, work)
-            _pool.reset(before)
-
-    def outcome() -> Found | None:
-        if error is not None:
-            raise error
-        return found
-
-    return comm.bcast(together(comm, outcome))  # type: ignore[no-any-return]
 
 
 def leads() -> bool:
@@ -67,17 +56,7 @@ def leads() -> bool:
 
 
 def over_machines(tasks: Sequence[Task], work: Callable[[Task], Done], done: Callable[[Task, Done], None]) -> None:
-    """Work on tasks in the processes that this one leads.
-
-    Parameters
-    ----------
-    tasks
-        What to work on; each is pickled.
-    work
-        A function of a module. Its first error ends all.
-    done
-        Called with each task and what was found, as they are known.
-    """
+    """Work on tasks in the processes that this one leads."""
     from concurrent.futures import as_completed  # noqa: PLC0415
 
     running = {_pool.get().submit(work, task): task for task in tasks}

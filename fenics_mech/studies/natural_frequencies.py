@@ -11,7 +11,6 @@ import xarray as xr
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import guarded
-from fenics_mech.accuracy.beam_theory import frequency_shares
 from fenics_mech.answers.modes_by_poses import LARGEST_KNOWN, HeldMachine, at_rest
 from fenics_mech.answers.solved_by_poses import FREE, with_effects
 from fenics_mech.beams.simply_supported import simply_supported_frequencies
@@ -19,6 +18,7 @@ from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.known import SHEAR
 from fenics_mech.effects.shear import assumed
 from fenics_mech.errors import SceneError
+from fenics_mech.estimate.beam_theory import frequency_shares
 from fenics_mech.planning.sampling_checks import require_positions
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.result import stamp
@@ -174,10 +174,8 @@ def _looked_at(held: HeldMachine) -> Index:
 
 
 def _by_theory(scene: Scene, held: HeldMachine) -> tuple[Array, list[str]]:
-    """Give the share of each frequency that shear and rotary inertia would take off where they do not act, and words.
-
-    Where the program chooses them, it says by how much they change frequencies, or what is missing.
-    """
+    """Give the share of each frequency that shear and rotary inertia would take off where they do not act."""
+    # Where the program chooses them, it says by how much they change frequencies, or what is missing.
     chosen, at = held.made.scene, _looked_at(held)
     assert held.made.links is not None
     few = replace(held, t=held.t[at])

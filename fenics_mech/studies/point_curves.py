@@ -35,13 +35,7 @@ CURVES = {  # by variable: its dimension beside the angle, unit, meaning
 
 
 def packed_curves(result: Result) -> str:
-    """Give the curves of a result as a text; an empty one where its motion is no cycle.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the curves of a result as a text; an empty one where its motion is no cycle."""
     data = result.data
     cycle = last_cycle(result.scene.analysis, result.scene.drives, data)
     if cycle is None:
@@ -80,15 +74,7 @@ def _sizes(scene: Scene) -> dict[str, int]:
 
 
 def unpacked_curves(text: str, scene: Scene) -> dict[str, Array] | None:
-    """Give curves from their text, ``(angles, members, joints or 1)`` each; None where it is not of such a scene.
-
-    Parameters
-    ----------
-    text
-        The text.
-    scene
-        The scene of the point, or that of another one of the sweep.
-    """
+    """Give curves from their text, ``(angles, members, joints or 1)`` each; None where it is not of such a scene."""
     try:
         content = base64.b64decode(text, validate=True)
     except (binascii.Error, ValueError):
@@ -109,21 +95,7 @@ def unpacked_curves(text: str, scene: Scene) -> dict[str, Array] | None:
 def with_curves(
     data: xr.Dataset, path: str, texts: Sequence[str], scene: Scene, units: Mapping[str, str]
 ) -> xr.Dataset:
-    """Add the curves of the points of a sweep over one field; NaN where a point has none.
-
-    Parameters
-    ----------
-    data
-        The sweep's data.
-    path
-        Its field.
-    texts
-        What is kept of the curves of each point.
-    scene
-        The scene of a point.
-    units
-        Other units of variables than those of `CURVES`.
-    """
+    """Add the curves of the points of a sweep over one field; NaN where a point has none."""
     points = [unpacked_curves(text, scene) if text else None for text in texts]
     if not any(points):
         return data

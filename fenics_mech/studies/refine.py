@@ -33,61 +33,20 @@ UNITS = {"strain": "1", "stress": "Pa", "frequency": "Hz"}
 
 @dataclass(frozen=True)
 class Refinement(OfScene):
-    """What `refine` found.
+    """What `refine` found."""
 
-    Parameters
-    ----------
-    data
-        Coordinates `quantity`, `refinement` ("elements", and for periodic motions "sub_intervals") and `level`.
-        Variables are
-
-        - count, of elements in all or of sub-intervals, by refinement and level,
-        - value, of each quantity at each level (SI; `unit` says in what),
-        - order, with which the last three levels converge; NaN where they do not,
-        - extrapolated, the answer with no step at all; NaN where they do not converge,
-        - error, the share by which the scene's own answer is off that.
-    """
-
+    # By `quantity`, `refinement` ("elements", for periodic motions "sub_intervals" too) and `level`: the `count` of
+    # elements or sub-intervals, and the `value` (SI, in what says `unit`). Of the last three levels the `order` and the
+    # `extrapolated` answer, NaN where they do not converge, and the `error` of the scene's own answer beside that.
     KIND: ClassVar[str] = "refinement"
     NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech", "scene")
 
 
 def refine(scene: Scene, levels: int = 3, progress: Callable[[str], None] = lambda level: None) -> Refinement:
-    """Analyse a scene on finer and finer meshes, and with shorter and shorter steps.
-
-    The scene is the second level of the steps, and the first of the meshes. All levels have the effects that it calls
-    for. Largest strains and stresses are those at the scene's stations and the coarsest level's angles. So they
-    converge as the equation does.
-
-    Parameters
-    ----------
-    scene
-        The scene; a tolerance in it is left out.
-    levels
-        Number of levels of each refinement.
-    progress
-        Called with the name of each level.
-
-    Returns
-    -------
-    Refinement
-        Values, observed orders and extrapolated answers.
-
-    Raises
-    ------
-    SceneError
-        When there are fewer than 3 levels, too few sub-intervals, or no link bends.
-    MechanismError
-        When a level cannot be analysed.
-
-    Examples
-    --------
-    >>> from fenics_mech.studies.refine import refine
-    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.method": "quasi-static", "effects": ()})
-    >>> found = refine(scene.changed({"analysis.sub_intervals": 24}))
-    >>> round(float(found.data["order"].sel(quantity="frequency mode 1")[0]), 1)
-    4.0
-    """
+    """Analyse a scene on finer and finer meshes, and with shorter and shorter steps."""
+    # The scene is the second level of the steps, and the first of the meshes. All levels have the effects that it
+    # calls for. Largest strains and stresses are those at the scene's stations and the coarsest level's angles. So
+    # they converge as the equation does.
     if levels < 3:
         raise SceneError(f"{levels} levels show no order: 3 or more are needed", place="levels")
     refuse_cases(scene, "a refinement")
@@ -158,10 +117,10 @@ def _peaks(result: Result, every: int) -> dict[str, float]:
 
 def _frequencies(result: Result) -> list[float]:
     """Lowest natural frequencies at the first position (Hz)."""
-    if "frequency" in result.data:
-        return [float(value) for value in result.data["frequency"].isel(theta=0).to_numpy()[:MODES]]
-    scene = result.scene.changed(analysis__sub_intervals=FEWEST, analysis__modes=MODES)
-    return [float(value) for value in modes(scene).data["frequency"].isel(theta=0).to_numpy()[:MODES]]
+    data = result.data
+    if "frequency" not in data:
+        data = modes(result.scene.changed(analysis__sub_intervals=FEWEST, analysis__modes=MODES)).data
+    return data["frequency"].isel(theta=0).to_numpy()[:MODES].tolist()  # type: ignore[no-any-return]
 
 
 def _converged(refinement: str, counts: Sequence[int], values: Array, names: Sequence[str]) -> xr.Dataset:
@@ -184,19 +143,7 @@ def _converged(refinement: str, counts: Sequence[int], values: Array, names: Seq
 
 
 def richardson(values: Array) -> tuple[Array, Array]:
-    """Observed order and extrapolated value of the last three levels, each with half the steps of the one before.
-
-    Parameters
-    ----------
-    values
-        Values ``(levels, quantities)``, the finest last.
-
-    Returns
-    -------
-    tuple
-        Order and extrapolated value, ``(quantities,)``. Both are NaN where differences do not fall; where they are
-        rounding, the order is NaN and the extrapolated value that of the finest level.
-    """
+    """Observed order and extrapolated value of the last three of ``(levels, quantities)``, each with half the steps."""
     coarse, middle, fine = values[-3:]
     first, second = middle - coarse, fine - middle
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -24,11 +24,10 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import refuse_cases
 from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.one_equation import OneEquation
-from fenics_mech.studies.peak_between import largest_between
 from fenics_mech.studies.saved_sweep import refuse_unlike
 from fenics_mech.studies.sweep_axes import Axis, axes_of, stated_data
 from fenics_mech.studies.sweep_gaps import fill_gaps
-from fenics_mech.studies.sweep_peaks import Estimates, at_peaks_alone
+from fenics_mech.studies.sweep_peaks import Estimates, at_peaks_alone, largest_between
 from fenics_mech.studies.sweep_run import SweepRun, grid
 from fenics_mech.studies.worker_processes import Workers
 
@@ -70,7 +69,7 @@ class Sweep(OfScene):
 
 def sweep(
     scene: Scene,
-    values: Mapping[str, Sequence[float | str]],
+    values: Mapping[str, Sequence[float | str]] | Sequence[Axis],
     folder: str | Path | None = None,
     *,
     gauge: Gauge | None = None,
@@ -89,11 +88,24 @@ def sweep(
     scene
         The scene.
     values
-        Values by dotted path: numbers (SI), or texts with a unit.
+        Values by dotted path: numbers (SI), or texts with a unit. `sweep_axes.parse_axes` gives them from texts.
     folder
         Where finished points are kept, so that a sweep that was ended goes on. Without one, nothing is written.
-    gauge, refine_peaks, jobs, estimates, progress
-        As of `run_sweep`.
+    gauge
+        Where strains are split into harmonics.
+    refine_peaks
+        Largest number of points added where the peak strain is not resolved, for one field that is not a whole number.
+    jobs
+        Processes of this machine that compute the points. A point whose process is ended from outside is lost: it has
+        the error "LostProcess", and the next sweep tries it again. Those of `mpirun` share the points too: all call
+        this and get the same.
+    estimates
+        Where errors are estimated: at "all" points, or at the "peaks" of the strains and the ends of the ranges. These
+        are then analysed again with estimates, and the sweep says of all others that there are none. Where a stated
+        mesh or stated steps are too coarse, the text `too_coarse` says so. "auto" takes "peaks" for more than 24
+        points, unless the scene chooses its effects or its mesh by estimates.
+    progress
+        Called before each point of this process with its number, from 0, and how many there are.
 
     Returns
     -------
@@ -102,8 +114,13 @@ def sweep(
 
     Raises
     ------
-    SceneError, ResultError, MechanismError
-        As `run_sweep`, and when a path or a value is not valid.
+    SceneError
+        When a path or a value is not valid, the folder holds another sweep, or nothing bends. When the points that are
+        asked for at peaks, or the estimates there, are not possible.
+    ResultError
+        When a file cannot be written.
+    MechanismError
+        When another process ended with an error.
 
     Examples
     --------
@@ -113,67 +130,7 @@ def sweep(
     >>> bool(large > 3 * small)
     True
     """
-    axes = axes_of(scene, values)
-    with TemporaryDirectory() as made:  # one for all processes: that of the first
-        kept = Path(folder) if folder is not None else Path(MPI.COMM_WORLD.bcast(made))
-        return run_sweep(
-            scene,
-            axes,
-            kept,
-            gauge=gauge,
-            refine_peaks=refine_peaks,
-            jobs=jobs,
-            estimates=estimates,
-            progress=progress,
-        )
-
-
-def run_sweep(
-    scene: Scene,
-    axes: Sequence[Axis],
-    folder: Path,
-    *,
-    gauge: Gauge | None = None,
-    refine_peaks: int = 0,
-    jobs: int = 1,
-    estimates: Estimates = "auto",
-    progress: Callable[[int, int], None] = lambda done, points: None,
-) -> Sweep:
-    """Analyse a scene on a grid of values; every process of `MPI.COMM_WORLD` calls this and gets the sweep.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    axes
-        The fields and their values.
-    folder
-        Where finished points are and come, with ``sweep.nc`` and the time of each point in ``timings.csv``.
-    gauge
-        Where strains are split into harmonics.
-    refine_peaks
-        Largest number of points added where the peak strain is not resolved, for one field that is not a whole number.
-    jobs
-        Processes of this machine that compute the points. A point whose process is ended from outside is lost: it has
-        the error `kept_points.LOST`, and the next sweep tries it again.
-    estimates
-        Where errors are estimated: at "all" points, or at the "peaks" of the strains and the ends of the ranges. These
-        are then analysed again with estimates, and the sweep says of all others that there are none. Where a stated
-        mesh or stated steps are too coarse, the text `too_coarse` says so. "auto" takes "peaks" for more than
-        `MANY_POINTS` points, unless the scene chooses its effects or its mesh by estimates.
-    progress
-        Called before each point of this process with its number, from 0, and how many there are.
-
-    Raises
-    ------
-    SceneError
-        When the folder holds a sweep of another scene or other values, refinement is not possible, or nothing bends.
-        When estimates at peaks are asked for, and the scene chooses its effects or its mesh by them at all points.
-    ResultError
-        When a file cannot be written.
-    MechanismError
-        When another process ended with an error.
-    """
+    axes = axes_of(scene, values) if isinstance(values, Mapping) else values
     refuse_cases(scene, "a sweep")
     if not scene.members():
         raise SceneError("no link has a member, and a sweep compares strains", place="links")
@@ -183,25 +140,24 @@ def run_sweep(
     at_peaks = at_peaks_alone(scene, estimates, math.prod(len(axis.values) for axis in axes))
     if jobs > 1 and MPI.COMM_WORLD.size > 1:
         raise MechanismError("the processes of mpirun share the points already: leave --jobs out, or mpirun")
-    data, comm = stated_data(scene), MPI.COMM_WORLD
-    with Workers(jobs) as workers:
-        run = SweepRun(data, tuple(axes), folder, gauge or Gauge(), comm, progress, workers, at_peaks)
+    comm = MPI.COMM_WORLD
+    with TemporaryDirectory() as made, Workers(jobs) as workers:
+        place = Path(comm.bcast(made) if folder is None else folder)  # one for all processes
+        run = SweepRun(stated_data(scene), tuple(axes), place, gauge or Gauge(), comm, progress, workers, at_peaks)
         run.at_root(run.claim_folder)
-        values = run.over([axis.values for axis in axes], refine_peaks)
-        records = run.at_root(lambda: run.answers(values))
-        same = run
+        taken = run.over([axis.values for axis in axes], refine_peaks)
+        records, same, between = run.at_root(lambda: run.answers(taken)), run, ""
         if (one := OneEquation.of(run.any_scene, records)) is not None:
-            unlike = [point for point, record in zip(grid(values), records) if one.lacks(record)]
-            same, its_own = replace(run, scene=one.scene(run.scene)), run.with_errors(values)
-            found = dict(zip(unlike, same.answers_of(unlike, its_own)))
-            records = [one.chosen(found.get(point), record) for point, record in zip(grid(values), records)]
-        between = ""
+            unlike = [point for point, record in zip(grid(taken), records) if one.lacks(record)]
+            same, its_own = replace(run, scene=one.scene(run.scene)), run.with_errors(taken)
+            again = dict(zip(unlike, same.answers_of(unlike, its_own)))
+            records = [one.chosen(again.get(point), record) for point, record in zip(grid(taken), records)]
         if len(axes) == 1 and not axes[0].whole:
-            records = run.at_root(lambda: fill_gaps(run, values[0], records))
+            records = run.at_root(lambda: fill_gaps(run, taken[0], records))
             members = list(scene.members())
             if not refine_peaks:
-                between = run.at_root(lambda: largest_between(values[0], records, same.answer_at, members))
-    return run.at_root(lambda: _written(run.finish(values, records).assign_attrs(between=between), folder))
+                between = run.at_root(lambda: largest_between(taken[0], records, same.answer_at, members))
+        return run.at_root(lambda: _written(run.finish(taken, records).assign_attrs(between=between), place))
 
 
 def _written(data: xr.Dataset, folder: Path) -> Sweep:

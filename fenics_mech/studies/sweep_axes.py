@@ -14,7 +14,6 @@ import numpy as np
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.models import OF_LINKS
 from fenics_mech.scene.units import COMMA, unit_written
 
 MOST_POINTS = 1_000_000  # of a grid
@@ -24,29 +23,12 @@ RANGE_FORM = "Write PATH=START:STOP, such as drive.speed=10:60 or drive.speed='1
 
 @dataclass(frozen=True)
 class Axis:
-    """A number of the scene, and the values that it takes.
+    """A number of the scene, and the values that it takes."""
 
-    Parameters
-    ----------
-    path
-        Its dotted path in the scene ("drive.speed").
-    values
-        SI, increasing.
-    unit
-        SI unit, "1" where it has none.
-    written
-        The unit in which the range was written ("rpm"), and how much of SI it is.
-    """
-
-    path: str
-    values: tuple[float, ...]
-    unit: str
-    written: tuple[str, float] = ("1", 1.0)
-
-    @property
-    def shapes_links(self) -> bool:
-        """Whether the field changes links or joints."""
-        return self.path.split(".")[0] in OF_LINKS
+    path: str  # its dotted path in the scene ("drive.speed")
+    values: tuple[float, ...]  # SI, increasing
+    unit: str  # SI unit, "1" where it has none
+    written: tuple[str, float] = ("1", 1.0)  # the unit in which the range was written ("rpm"), and how much of SI it is
 
     def told(self, value: float) -> str:
         """Write a value of the field in the unit in which its range was written."""
@@ -60,38 +42,12 @@ class Axis:
 
 
 def parse_axes(scene: Scene, texts: Sequence[str]) -> tuple[Axis, ...]:
-    """Read `PATH=START:STOP:COUNT` for each swept field.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    texts
-        One text for each field, with ends in SI or with a unit.
-
-    Raises
-    ------
-    SceneError
-        When a text cannot be read, its path is not that of a number of the scene, or an end is not valid there.
-    """
+    """Read `PATH=START:STOP:COUNT` for each swept field."""
     return _checked([_parse(scene, text) for text in texts])
 
 
 def axes_of(scene: Scene, values: Mapping[str, Sequence[float | str]]) -> tuple[Axis, ...]:
-    """Give the swept fields with their values in SI, increasing and each once.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    values
-        Numbers (SI) or texts with a unit, by dotted path.
-
-    Raises
-    ------
-    SceneError
-        When a path is not that of a number of the scene, or a value is missing or not valid there.
-    """
+    """Give the swept fields with their values in SI, increasing and each once."""
     axes = []
     for path, along in values.items():
         if isinstance(along, str):
@@ -119,43 +75,14 @@ def _checked(axes: Sequence[Axis]) -> tuple[Axis, ...]:
 
 
 def parse_range(scene: Scene, text: str) -> tuple[str, tuple[float, float]]:
-    """Read `PATH=START:STOP`: a path, and both ends in SI, in the order in which they stand.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    text
-        The text, with ends in SI or with a unit.
-
-    Raises
-    ------
-    SceneError
-        When the text cannot be read, its path is not that of a number of the scene that can change continuously, or an
-        end is not valid there.
-    """
+    """Read `PATH=START:STOP`: a path, and both ends in SI, in the order in which they stand."""
     path, parts = _split(text, 2, RANGE_FORM)
     found = _ends(scene, path, (parts[0], parts[1]), f"{parts[0]}:{parts[1]}", RANGE_FORM)
     return path, _continuous(path, found)
 
 
 def range_in_si(scene: Scene, path: str, ends: tuple[float | str, float | str]) -> tuple[float, float]:
-    """Give both ends of a range in SI, in the order in which they stand.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    path
-        Dotted path of the number.
-    ends
-        Numbers (SI), or texts with a unit.
-
-    Raises
-    ------
-    SceneError
-        When the path is not that of a number of the scene that can change continuously, or an end is not valid there.
-    """
+    """Give both ends of a range in SI, in the order in which they stand."""
     if isinstance(ends, str) or len(ends) != 2:
         raise SceneError(f"a range has two ends, found {ends!r}", place=path, hint="Write (start, stop)")
     first, last = map(str, ends)
@@ -170,44 +97,17 @@ def _continuous(path: str, ends: tuple[float, float]) -> tuple[float, float]:
 
 
 def scene_data(scene: Scene) -> dict[str, Any]:
-    """Give a scene as plain data, without its measurements and its study: they change no result.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give a scene as plain data, without its measurements and its study: they change no result."""
     return json.loads(scene.model_copy(update={"measurements": (), "study": None}).model_dump_json())
 
 
 def stated_data(scene: Scene) -> dict[str, Any]:
-    """Give a scene as `scene_data` does, without the numbers of mesh and analysis that are the program's to choose.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give a scene as `scene_data` does, without the numbers of mesh and analysis that are the program's to choose."""
     return scene.model_copy(update={"measurements": (), "study": None}).stated_data(mode="json")
 
 
 def value_in_si(scene: Scene, path: str, value: float | str | None = None) -> float:
-    """Give a number of a scene in SI: the one that it states, or `value` as the scene would read it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    path
-        Dotted path of the number.
-    value
-        A number (SI), or a text with a unit; None for the one that the scene states.
-
-    Raises
-    ------
-    SceneError
-        When the path is not that of a number of the scene, or the value is not valid there.
-    """
+    """Give a number of a scene in SI: the one that it states, or `value` as the scene would read it."""
     if value is None:
         for key, part in _walk(scene_data(scene), path):
             value = part[key]
@@ -217,20 +117,7 @@ def value_in_si(scene: Scene, path: str, value: float | str | None = None) -> fl
 
 
 def placed(data: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Give a scene's plain data with other values, by dotted path.
-
-    Parameters
-    ----------
-    data
-        The plain data, which is not changed.
-    values
-        The other values (SI, or texts with a unit), by dotted path.
-
-    Returns
-    -------
-    dict
-        It has in common with the data what is not changed.
-    """
+    """Give a scene's plain data with other values, by dotted path."""
     data = copy(data)
     for path, value in values.items():
         *parents, last = _keys(path)
@@ -300,15 +187,7 @@ def _in_si(scene: Scene, path: str, value: float | str) -> float | int:
 
 
 def unit_of(scene: Scene, path: str) -> str:
-    """Give the SI unit of a number of a scene, as the schema of its part tells it; "1" where it has none.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    path
-        Dotted path of the number.
-    """
+    """Give the SI unit of a number of a scene, as the schema of its part tells it; "1" where it has none."""
     part: Any = scene
     holder: type[Part] = Scene
     field = ""

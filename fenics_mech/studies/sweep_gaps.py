@@ -8,12 +8,12 @@ the rest it is told where the stable motions end, and how.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice, pairwise
+from itertools import groupby, islice, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from fenics_mech._guard import guarded
 from fenics_mech.answers.followed_by_poses import AtValue, followed
@@ -23,8 +23,9 @@ from fenics_mech.effects.known import EXACT_STRAINS
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.scene import Scene
 from fenics_mech.solve import Path as Steps
-from fenics_mech.solve.continuation import FOLD
-from fenics_mech.studies.kept_points import Record, read_point, write_point
+from fenics_mech.solve.continuation import FOLD, Point
+from fenics_mech.studies.kept_points import read_point
+from fenics_mech.studies.kept_records import Record, write_record
 from fenics_mech.studies.one_equation import numbers_of, scene_with, union
 from fenics_mech.studies.sweep_axes import placed
 from fenics_mech.studies.sweep_points import Task, compute_point
@@ -42,63 +43,26 @@ REAL = 1e-6  # imaginary part of a multiplier that counts as none
 
 @dataclass(frozen=True)
 class Ahead:
-    """The motions from a stable point on.
+    """The motions from a stable point on."""
 
-    Parameters
-    ----------
-    start
-        Value of the point.
-    ended, beyond
-        The last value at which they are known to be stable, and the first one at which they are not.
-    how
-        What ends that, in words; empty where they are stable to the end.
-    reached
-        By value that they pass, whether the motion is stable there, and one beside it.
-    """
-
-    start: float
+    start: float  # value of the point
+    # ended, beyond: the last value at which they are known to be stable, and the first one at which they are not
     ended: float
     beyond: float
-    how: str
+    how: str  # what ends that, in words; empty where they are stable to the end
+    # by value that they pass, whether the motion is stable there, and one beside it
     reached: dict[float, tuple[bool, Steps]] = field(default_factory=dict)
 
 
-class _Passed(NamedTuple):
-    """A motion that is passed: its value, leading multiplier, whether it is stable and at a fold, and the motion."""
-
-    value: float
-    leading: complex
-    stable: bool
-    fold: bool
-    motion: Steps
-
-
 def gaps_of(records: Sequence[Record]) -> list[range]:
-    """Give the runs of neighbouring points of a line that have no stable motion.
-
-    Parameters
-    ----------
-    records
-        What is kept of each point, in order.
-    """
-    found: list[range] = []
-    for k, record in enumerate(records):
-        if record["error"] in NO_MOTION or record["unstable"]:
-            joins = found and found[-1].stop == k
-            found[-1:] = [range(found[-1].start, k + 1)] if joins else [*found[-1:], range(k, k + 1)]
-    return found
+    """Give the runs of neighbouring points of a line that have no stable motion."""
+    lacking = [record["error"] in NO_MOTION or bool(record["unstable"]) for record in records]
+    runs = [list(run) for without, run in groupby(range(len(records)), lacking.__getitem__) if without]
+    return [range(run[0], run[-1] + 1) for run in runs]
 
 
 def followable(record: Record, scene: Scene) -> bool:
-    """Whether a point has a stable motion that is not the only one by its equation, and can be followed.
-
-    Parameters
-    ----------
-    record
-        What is kept of the point.
-    scene
-        Its scene.
-    """
+    """Whether a point has a stable motion that is not the only one by its equation, and can be followed."""
     exact = EXACT_STRAINS in record["effects"].split(", ")
     if record["error"] or record["unstable"] or not exact or scene.tolerance is not None:
         return False
@@ -111,23 +75,11 @@ def followable(record: Record, scene: Scene) -> bool:
 
 @guarded()
 def ahead(at: AtValue, path: str, ends: tuple[float, float], values: Sequence[float]) -> Ahead | None:
-    """Follow the motions from a stable point to the other end of a gap; None where there is none to begin with.
-
-    Parameters
-    ----------
-    at
-        Gives the scene with a value of the swept field.
-    path
-        The field.
-    ends
-        Value of the stable point, and the other end.
-    values
-        Values of the points in the gap.
-    """
-    found: list[_Passed] = []
+    """Follow the motions from a stable point to the other end of a gap; None where there is none to begin with."""
+    found: list[Point] = []
     how = f"followed through {MOST} motions"
     try:
-        for one in islice(_passing(at, path, ends), MOST):
+        for one, _ in islice(followed(at, path, ends, POINTS), MOST):
             found.append(one)
             logger.info("followed to %.6g: stable %s", one.value, one.stable)
     except (SolverError, SceneError) as error:
@@ -138,24 +90,18 @@ def ahead(at: AtValue, path: str, ends: tuple[float, float], values: Sequence[fl
     stable = [one.stable for one in found]
     last = stable.index(False) if False in stable else len(stable)
     if last < len(stable):
-        how = _kind(found[last].leading, [one.fold for one in found[max(last - 1, 0) : last + 3]])
+        how = _kind(found[last].leading, [one.kind == FOLD for one in found[max(last - 1, 0) : last + 3]])
     reached: dict[float, tuple[bool, Steps]] = {}
     for before, after in pairwise(found):
         both = before.stable and after.stable
         for value in values:
             passes = (before.value - value) * (after.value - value) <= 0
             if passes and (value not in reached or (both and not reached[value][0])):
-                reached[value] = both, after.motion
+                reached[value] = both, after.cycle.path
     if last == len(stable) and found[-1].value == ends[1]:
         how = ""
     ended, beyond = (found[min(max(k, 0), len(found) - 1)].value for k in (last - 1, last))
     return Ahead(ends[0], ended, beyond, how, reached)
-
-
-def _passing(at: AtValue, path: str, ends: tuple[float, float]) -> Iterator[_Passed]:
-    """Follow the motions from one end of a range on."""
-    for point, _ in followed(at, path, ends, POINTS):
-        yield _Passed(point.value, point.leading, point.stable, point.kind == FOLD, point.cycle.path)
 
 
 def _kind(leading: complex, folds: Sequence[bool]) -> str:
@@ -168,15 +114,7 @@ def _kind(leading: complex, folds: Sequence[bool]) -> str:
 
 
 def in_words(found: Sequence[Ahead], told: Callable[[float], str]) -> str:
-    """Say from where motions were followed, and where they are no longer stable.
-
-    Parameters
-    ----------
-    found
-        What was followed.
-    told
-        Writes a value of the field.
-    """
+    """Say from where motions were followed, and where they are no longer stable."""
     said = []
     for one in found:
         if one.how:
@@ -186,31 +124,8 @@ def in_words(found: Sequence[Ahead], told: Callable[[float], str]) -> str:
     return f"By continuation {'; '.join(said)}" if said else ""
 
 
-def as_analysed(scene: Record, record: Record) -> Record:
-    """Give the scene of a sweep with the effects, the mesh and the steps that a point of it was analysed with.
-
-    Parameters
-    ----------
-    scene
-        The scene, as plain data.
-    record
-        What is kept of the point.
-    """
-    return scene_with(scene, numbers_of(record), union({record["effects"]}))
-
-
 def fill_gaps(run: SweepRun, values: Sequence[float], records: Sequence[Record]) -> list[Record]:
-    """Give what is kept of the points of a line, with what continuation finds where no stable motion was found.
-
-    Parameters
-    ----------
-    run
-        The sweep.
-    values
-        Values of its one field.
-    records
-        What is kept of each point.
-    """
+    """Give what is kept of the points of a line, with what continuation finds where no stable motion was found."""
     found = list(records)
     for gap in gaps_of(records):
         beside = [k for k in (gap.start - 1, gap.stop) if 0 <= k < len(values)]
@@ -235,40 +150,35 @@ def _follow_into(
 ) -> None:
     """Follow the motions from both sides into a gap, and write what is found of its points."""
     axis, inside = run.axes[0], [values[k] for k in gap]
-    followed: list[_Followed] = []
+    branches: list[tuple[Ahead, Record]] = []  # with the scene that each was followed in
     for k in beside:
         far = gap.stop if k < gap.start else gap.start - 1
         end = values[min(max(far, 0), len(values) - 1)]
-        base = as_analysed(run.scene, records[k])
+        base = scene_with(run.scene, numbers_of(records[k]), union({records[k]["effects"]}))
         quick = partial(_scene_at, placed(base, {"analysis.error_estimates": False}), axis.path)
         if (one := ahead(quick, axis.path, (values[k], end), inside)) is not None:
-            followed.append(_Followed(one, base))
-    said = in_words([each.ahead for each in followed], axis.told)
+            branches.append((one, base))
+    said = in_words([one for one, _ in branches], axis.told)
     for k in gap:
-        record = _passed(run, values[k], records[k], followed, paths[k])
+        record = _passed(run, values[k], records[k], branches, paths[k])
         if record["error"] in NO_MOTION and said:
             record |= {"error": LOST, "message": f"no stable motion is found. {said}", "again": False}
         elif record["unstable"] and said:
             record["unstable"] = f"{record['unstable']}. {said}"
-        write_point(paths[k], record)
-
-
-class _Followed(NamedTuple):
-    """Motions ahead of a point, and the scene that they were followed in."""
-
-    ahead: Ahead
-    scene: Record
+        write_record(paths[k], record)
 
 
 def _scene_at(scene: Record, path: str, value: float) -> Scene:
     return Scene.read(placed(scene, {path: value}))
 
 
-def _passed(run: SweepRun, value: float, before: Record, followed: Sequence[_Followed], path: Path) -> Record:
+def _passed(
+    run: SweepRun, value: float, before: Record, branches: Sequence[tuple[Ahead, Record]], path: Path
+) -> Record:
     """Analyse a point from a motion that passes it, a stable one if there is one; else give what was known before."""
-    passing = [each for each in followed if value in each.ahead.reached]
-    passing.sort(key=lambda each: not each.ahead.reached[value][0])
-    if not passing or not (before["error"] or passing[0].ahead.reached[value][0]):
+    passing = [(one, scene) for one, scene in branches if value in one.reached]
+    passing.sort(key=lambda each: not each[0].reached[value][0])
+    if not passing or not (before["error"] or passing[0][0].reached[value][0]):
         return dict(before)
     (one, scene), near = passing[0], Run()
     near.keep(one.reached[value][1])

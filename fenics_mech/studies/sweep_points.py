@@ -6,7 +6,6 @@ import json
 import logging
 import math
 import re
-import time
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -16,23 +15,79 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.remarks import NO_ESTIMATE
+from fenics_mech._files import read_bounded, write_whole
 from fenics_mech.analysis import analyse
+from fenics_mech.answers.modes_by_poses import HeldMachine, over_cycle
 from fenics_mech.answers.solved_by_poses import Run
-from fenics_mech.errors import MechanismError, SolverError, UnstableError
+from fenics_mech.errors import SceneError, SolverError, UnstableError
+from fenics_mech.estimate.remarks import NO_ESTIMATE
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import angles_at, doubts, peak_of, told_doubts
+from fenics_mech.recovery.peaks import angles_at, doubts, estimated_doubts, peak_of
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.safety.verdict import without_cure
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import effort_units, joint_names
+from fenics_mech.solve import Path as Steps
 from fenics_mech.solve.last_motions import LastMotions
+from fenics_mech.solve.stages import radau
 from fenics_mech.studies.gauge import Gauge
-from fenics_mech.studies.kept_motions import read_steps, write_motion
-from fenics_mech.studies.kept_points import CURVES_TEXT, KEPT, TEXTS, Record, Variables, read_point, unlike, write_point
+from fenics_mech.studies.kept_points import CURVES_TEXT, KEPT, TEXTS, Variables, read_point, unlike
+from fenics_mech.studies.kept_records import Record, ended, write_record
 from fenics_mech.studies.point_curves import packed_curves
-from fenics_mech.studies.running_ranges import running_ranges
+
+MOST = 1_000_000  # numbers of a motion that is kept: a larger one is found again as fast as it is written and read
+# Numbers alone: archives and headers would have to be trusted.
+LEADING = 3  # numbers before the motion of poses: coordinates, stages of a step, and unknowns
+MOST_STAGES = 10
+
+
+def write_motion(path: Path, motion: Steps) -> None:
+    """Write a motion, if it is not large."""
+    paced = motion.paced(1.0)
+    sizes = np.array([motion.n, *motion.a.shape[1:]], dtype=float)
+    parts = [sizes, motion.starts / motion.period, *(x.ravel() for x in (paced.q0, paced.v0, paced.a))]
+    if sum(part.size for part in parts) <= MOST:
+        numbers = np.concatenate(parts).astype(float)
+        write_whole(path, lambda temporary: temporary.write_bytes(numbers.tobytes()))
+
+
+def read_steps(path: Path) -> Steps | None:
+    """Read a motion of poses in a period of 1 s; None where there is none."""
+    try:
+        numbers = np.frombuffer(read_bounded(path, 8 * MOST))
+    except (OSError, ValueError):
+        return None
+    if len(numbers) < LEADING or not np.isfinite(numbers).all() or (numbers[:LEADING] < 0).any():
+        return None
+    n, stages, size = (int(number) for number in numbers[:LEADING])
+    steps, rest = divmod(len(numbers) - LEADING, 1 + (2 + stages) * size)
+    if rest or not (steps and 0 < n <= size and 0 < stages <= MOST_STAGES):
+        return None
+    shares, *states = np.split(numbers[LEADING:], np.cumsum([steps, steps * size, steps * size]))
+    shapes = (steps, size), (steps, size), (steps, stages, size)
+    q0, v0, a = (part.reshape(shape) for part, shape in zip(states, shapes))
+    return Steps(radau(stages), shares, 1.0, n, q0, v0, a)
+
+
+logger = logging.getLogger(__name__)
+POSITIONS = 24  # of the cycle, at which they are found: the range of the demos' is that of 360 to 0.5 %
+
+
+def running_ranges(scene: Scene) -> dict[str, Array]:
+    """Give the lowest and highest frequency of each mode about the motion (Hz), ``(modes,)``."""
+    # Modes have their numbers from the mechanism without axial forces, which is the same at all speeds. By their
+    # shapes a mode about the motion is the one that it is most like there, so that modes do not change places in a
+    # sweep.
+    if scene.analysis.method != "periodic" or not scene.drives or not scene.members():
+        return {}
+    try:
+        found = HeldMachine.of(over_cycle(scene, POSITIONS)).running()
+    except (SceneError, SolverError) as error:
+        logger.info("frequencies about the motion are not known: %s", error)
+        return {}
+    return {} if found is None else {"running_lowest": found.min(axis=0), "running_highest": found.max(axis=0)}
+
 
 logger = logging.getLogger(__name__)
 
@@ -42,68 +97,22 @@ READ = (  # variables of a result, from which they are made
 )
 
 
-def _kept_unit(name: str, scene: Scene) -> str:
-    """Give the unit of a variable of `KEPT`; that of a drive's effort depends on whether the first drive slides."""
-    return effort_units(scene.moved_joints, scene.joints)[0] if name == "peak_input_torque" else KEPT[name][1]
-
-
 class Task(NamedTuple):
-    """A point to be computed.
+    """A point to be computed."""
 
-    Parameters
-    ----------
-    path
-        The point's file.
-    data
-        Its scene, as plain data.
-    gauge
-        Where the strain is split into harmonics.
-    place
-        Its place in a run, whose motions begin from those before them; None where it begins from nothing.
-    motion
-        File of its motion: without estimates the point makes it, and with them it begins there. None for no file.
-    curves
-        Whether its curves over the cycle are kept.
-    """
-
-    path: Path
-    data: Record
-    gauge: Gauge
+    path: Path  # the point's file
+    data: Record  # its scene, as plain data
+    gauge: Gauge  # where the strain is split into harmonics
+    # its place in a run, whose motions begin from those before them; None where it begins from nothing
     place: float | None
+    # file of its motion: without estimates the point makes it, and with them it begins there. None for no file.
     motion: Path | None
-    curves: bool = False
+    curves: bool = False  # whether its curves over the cycle are kept
 
 
 def compute_point(task: Task, before: Run) -> None:
-    """Analyse a scene and write what is kept of it, or the error that it ended with.
-
-    An error that the program does not know is written too, but the point is tried again by the next sweep.
-
-    Parameters
-    ----------
-    task
-        The point.
-    before
-        Motions of the points before it, from which its own is sought.
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    MechanismError
-        When the computer has too little of something, such as memory.
-    """
-    start = time.perf_counter()
-    record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
-    try:
-        record |= _analysed(task, before)
-    except (OSError, MemoryError) as error:  # of the computer, not of the point
-        raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error
-    except Exception as error:  # what a single point may end with is not known, and must not end the sweep
-        logger.info("the point %s failed: %s", task.path.stem, error)
-        record |= {"error": type(error).__name__, "message": str(error), "again": not isinstance(error, MechanismError)}
-    seconds = record.get("seconds", 0.0) + time.perf_counter() - start
-    write_point(task.path, record | {"seconds": seconds})
+    """Analyse a scene and write what is kept of it, or the error that it ended with."""
+    write_record(task.path, dict.fromkeys(TEXTS, "") | ended(lambda: _analysed(task, before)))
 
 
 def _analysed(task: Task, before: Run) -> Record:
@@ -115,8 +124,10 @@ def _analysed(task: Task, before: Run) -> Record:
     if motion is not None and estimated and (known := read_steps(motion)) is not None:
         before.go_to(None)
         before.keep(known)
-    multipliers = _examined(motion, scene) if estimated else {}
-    unstable = _unstable_before(motion, scene) if multipliers else ""
+    quick = read_point(motion.with_suffix(".json"), scene) if motion is not None and estimated else None
+    known_values = {} if quick is None else quick.get("values", {})  # of the point without estimates, beside its motion
+    multipliers = {name: known_values[name] for name in ("multiplier", "growth_rate") if name in known_values}
+    unstable = str(quick["unstable"]) if quick is not None and multipliers else ""
     try:
         result = analyse(scene.changed(analysis__stability=False) if multipliers else scene, run=before, names=READ)
     except UnstableError as error:  # a motion that a machine leaves: its numbers show where a branch goes on
@@ -132,45 +143,18 @@ def _analysed(task: Task, before: Run) -> Record:
     return record
 
 
-def _unstable_before(motion: Path | None, scene: Scene) -> str:
-    """What was said of the stability of a point that was analysed without estimates."""
-    record = None if motion is None else read_point(motion.with_suffix(".json"), scene)
-    return "" if record is None else str(record["unstable"])
-
-
-def _examined(motion: Path | None, scene: Scene) -> Record:
-    """Multipliers that a point has found without estimates, beside which its motion is; nothing where it has none."""
-    record = None if motion is None else read_point(motion.with_suffix(".json"), scene)
-    values = {} if record is None else record.get("values", {})
-    return {name: values[name] for name in ("multiplier", "growth_rate") if name in values}
-
-
 @cache
 def _before_here() -> Run:
     return LastMotions()
 
 
 def compute_here(task: Task) -> None:
-    """Compute one of the points of a worker process, which begins from those before it.
-
-    Parameters
-    ----------
-    task
-        The point.
-    """
+    """Compute one of the points of a worker process, which begins from those before it."""
     compute_point(task, _before_here())
 
 
 def reduced(result: Result, gauge: Gauge) -> Record:
-    """Keep of a result what `KEPT` lists, as far as it is there.
-
-    Parameters
-    ----------
-    result
-        The result of a point.
-    gauge
-        Where the strain is split into harmonics.
-    """
+    """Keep of a result what `KEPT` lists, as far as it is there."""
     data, variables = result.data, result.data.variables  # without labels, which take longer
     acting = [effect["name"] for effect in json.loads(data.attrs.get("effects", "[]")) if effect["acts"]]
     values = _strains(result, gauge)
@@ -200,7 +184,7 @@ def reduced(result: Result, gauge: Gauge) -> Record:
         "safety_member": member,
         "safety_mode": mode,
         "effects": ", ".join(acting),
-        "not_estimated": _not_estimated(data),
+        "not_estimated": data.attrs.get("not_estimated", "") if "error_estimate" in data.attrs else NO_ESTIMATE,
         "warnings": "\n".join(text for text in result.warnings if not text.startswith("too coarse: ")),
         "too_coarse": data.attrs.get("coarse_because", ""),
         "numbers": data.attrs.get("refined", ""),
@@ -211,17 +195,13 @@ def reduced(result: Result, gauge: Gauge) -> Record:
 def _of_errors(data: xr.Dataset) -> dict[str, Array]:
     """Give what a dataset tells of errors."""
     values = {name: np.array(data.attrs[name]) for name in KEPT if name in data.attrs}
-    if told := told_doubts(data):
+    if told := estimated_doubts(data):
         values["peak_doubt"] = np.array(max(told.values()))
     if "source" in data and "theory" in data["source"]:
         for prefix in ("", "deflection_"):
             left_out = float(data[f"{prefix}relative_error"].sel(source="theory"))
             values[f"{prefix}theory_share"] = np.array(np.nan_to_num(left_out, nan=np.inf))
     return values
-
-
-def _not_estimated(data: xr.Dataset) -> str:
-    return data.attrs.get("not_estimated", "") if "error_estimate" in data.attrs else NO_ESTIMATE
 
 
 def _strains(result: Result, gauge: Gauge) -> dict[str, Array]:
@@ -244,18 +224,7 @@ def _strains(result: Result, gauge: Gauge) -> dict[str, Array]:
 
 
 def stacked(numbers: Sequence[Any]) -> Array:
-    """Stack arrays (None: there is none) that may differ in size, with NaN where one has nothing.
-
-    Parameters
-    ----------
-    numbers
-        The arrays, or numbers, of each point.
-
-    Returns
-    -------
-    numpy.ndarray
-        ``(points, ...)``, the rest as large as the largest of each axis.
-    """
+    """Stack arrays (None: there is none) that may differ in size, with NaN where one has nothing."""
     arrays = [np.array(math.nan) if found is None else np.asarray(found, dtype=float) for found in numbers]
     rank = max(array.ndim for array in arrays)
     arrays = [array.reshape((1,) * (rank - array.ndim) + array.shape) for array in arrays]
@@ -269,25 +238,13 @@ def stacked(numbers: Sequence[Any]) -> Array:
 def tabulated(
     data: xr.Dataset, records: Sequence[Record], variables: Variables, scene: Scene, shape: Mapping[str, int]
 ) -> xr.Dataset:
-    """Add the numbers of the points of a grid, in its order, and the labels of their members, joints and modes.
-
-    Parameters
-    ----------
-    data
-        The dataset with the coordinates of the grid.
-    records
-        What is kept of each point, in the order of the grid.
-    variables
-        Dimensions, unit and meaning of each variable to add.
-    scene
-        The scene of one point, for labels and the unit of the drive's effort.
-    shape
-        Number of values along each dimension of the grid.
-    """
+    """Add the numbers of the points of a grid, in its order, and the labels of their members, joints and modes."""
     for name, (dims, unit, meaning) in variables.items():
         numbers = stacked([record.get("values", {}).get(name) for record in records])
         if not np.isnan(numbers).all():  # nor are there none at all
-            attributes = {"units": _kept_unit(name, scene) if name in KEPT else unit, "long_name": meaning}
+            # the effort of a first drive that slides is a force
+            own = effort_units(scene.moved_joints, scene.joints)[0] if name == "peak_input_torque" else unit
+            attributes = {"units": own, "long_name": meaning}
             data[name] = ((*shape, *dims), numbers.reshape(*shape.values(), *numbers.shape[1:]), attributes)
     labels = {"member": list(scene.members()), "joint": joint_names(scene.joints)}
     for name in sorted({str(name) for name in data.dims} - set(shape)):

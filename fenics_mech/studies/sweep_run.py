@@ -18,28 +18,56 @@ from fenics_mech._files import reason_of, write_table, write_whole
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.answers.solved_by_poses import Run
+from fenics_mech.effects.known import EXACT_STRAINS
 from fenics_mech.errors import ResultError, UnresolvedError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import effort_units
+from fenics_mech.scene.models import OF_LINKS
 from fenics_mech.solve.last_motions import LastMotions
 from fenics_mech.studies.gauge import Gauge
-from fenics_mech.studies.kept_points import (
-    CURVES_TEXT,
-    KEPT,
-    TEXTS,
-    Record,
-    give_up,
-    kept_point,
-    point_file,
-    read_point,
-)
+from fenics_mech.studies.kept_points import CURVES_TEXT, KEPT, TEXTS, kept_point, read_point
+from fenics_mech.studies.kept_records import Record, lost, record_file, write_record
 from fenics_mech.studies.point_curves import MOST_POINTS, with_curves
-from fenics_mech.studies.same_sweep import plan_before, refuse_other
+from fenics_mech.studies.saved_sweep import plan_before, refuse_other
 from fenics_mech.studies.sweep_axes import Axis, placed
 from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
 from fenics_mech.studies.sweep_points import Task, compute_here, compute_point, stacked, tabulated
-from fenics_mech.studies.sweep_runs import longest_run, runs_of, shrinking_runs
 from fenics_mech.studies.worker_processes import Workers
+
+# In a run of neighbouring points, each for one process, Newton's method begins each motion from the one before it. Such
+# runs are the same however many processes share the points, so that the result is the same too. A run also shows which
+# points are peaks while their answers are still kept.
+LONGEST = 8  # points of a run: processes share runs, and the first point of each begins from nothing
+
+
+def longest_run(scene: Scene) -> int:
+    """Give the most points of a run: 1 where no motion needs Newton's method."""
+    exact = scene.effects == "auto" or EXACT_STRAINS in scene.named_effects
+    return LONGEST if exact and scene.analysis.method == "periodic" else 1
+
+
+def runs_of(points: Sequence[Sequence[float]], missing: Collection[int], longest: int) -> list[list[int]]:
+    """Split those points that are missing into runs."""
+    runs: list[list[int]] = []
+    for number, point in enumerate(points):
+        changes = sum(here != before for here, before in zip(point, points[number - 1]))
+        if number and len(runs[-1]) < longest and changes == 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    left = [[number for number in run if number in missing] for run in runs]
+    return [run for run in left if run]
+
+
+def shrinking_runs(missing: Sequence[int], processes: int) -> list[list[int]]:
+    """Split points that do not depend on others into runs, long ones first, so that processes end together."""
+    runs, left = [], list(missing)
+    while left:
+        count = max(1, len(left) // (2 * processes)) if processes > 1 else len(left)
+        runs.append(left[:count])
+        left = left[count:]
+    return runs
+
 
 Found = TypeVar("Found")
 Point = tuple[float, ...]  # the value of each field
@@ -100,13 +128,7 @@ class SweepRun:
         return values
 
     def answer_at(self, value: float) -> Record:
-        """Give what is kept of a point of a line that is none of the sweep's own; the first process calls this alone.
-
-        Parameters
-        ----------
-        value
-            The value of the one field.
-        """
+        """Give what is kept of a point between those of a line; the first process calls this alone."""
         quick = self.without_estimates if self.at_peaks_alone else self
         task = quick.task((value,), None)._replace(curves=False)
         if read_point(task.path, self.any_scene) is None:
@@ -152,11 +174,9 @@ class SweepRun:
         write_whole(path, lambda temporary: temporary.write_text(json.dumps(plan, indent=1)))
 
     def compute(self, points: Sequence[Point]) -> None:
-        """Compute those points that are missing.
-
-        Points whose links are the same follow each other.
-        """
-        links = [number for number, axis in enumerate(self.axes) if axis.shapes_links]
+        """Compute those points that are missing."""
+        # Points whose links are the same follow each other.
+        links = [number for number, axis in enumerate(self.axes) if axis.path.split(".")[0] in OF_LINKS]
         points = sorted(points, key=lambda point: [point[number] for number in links])
         missing = self.at_root(
             lambda: [
@@ -168,6 +188,7 @@ class SweepRun:
         runs = shrinking_runs(missing, self.workers.count) if shrinking else runs_of(points, set(missing), longest)
         mine = runs[self.comm.rank :: self.comm.size]
         begun, count = itertools.count(), sum(map(len, mine))
+        gone = dict.fromkeys(TEXTS, "") | lost("the process that computed this point")
 
         def tasks(run: Sequence[int]) -> Iterator[Task]:
             def task(index: int) -> Task:
@@ -180,17 +201,13 @@ class SweepRun:
 
         def work() -> None:
             if self.workers.count > 1:
-                self.workers.share(map(tasks, mine), compute_here, self.lost, started)
+                self.workers.share(map(tasks, mine), compute_here, lambda task: write_record(task.path, gone), started)
                 return
             for task in itertools.chain.from_iterable(map(tasks, mine)):
                 started(task)
                 compute_point(task, self.before)
 
         together(self.comm, work)
-
-    def lost(self, task: Task) -> None:
-        """Write that the process of a point was lost."""
-        give_up(task.path)
 
     def task(self, point: Point, first: Point | None) -> Task:
         """Give the task of a point in a run; `first` is the first point of the run, None for that itself."""
@@ -205,12 +222,13 @@ class SweepRun:
     def path(self, point: Point) -> Path:
         """Give the file of a point."""
         if point not in self.paths:
-            self.paths[point] = point_file(self.points, self.scene_of(point), self.gauge)
+            self.paths[point] = record_file(self.points, __version__, self.scene_of(point), asdict(self.gauge))
         return self.paths[point]
 
     def followed_file(self, value: float, first: float, last: float) -> Path:
         """Give the file of a point of a gap, into which motions are followed from points beside it."""
-        return point_file(self.points, {**self.scene_of((value,)), "followed_into": [first, last]}, self.gauge)
+        data = {**self.scene_of((value,)), "followed_into": [first, last]}
+        return record_file(self.points, __version__, data, asdict(self.gauge))
 
     def records(self, points: Sequence[Point]) -> list[Record]:
         """Read points, those to be tried again too."""
@@ -219,19 +237,14 @@ class SweepRun:
             raise ResultError(f"{lost[0]}: was removed or changed while the sweep ran: start it again")
         return [record for record in found.values() if record is not None]
 
-    def strains(self, points: Sequence[Point]) -> list[list[float] | None]:
-        """Give the peak strain of each member at points, None where a point failed."""
-        return [record.get("values", {}).get("peak_strain") for record in self.records(points)]
-
     def peaks(self, points: Sequence[Point]) -> Array:
         """Give the peak strains at points, ``(points, members)``; one column of NaN where all have failed."""
-        return stacked(self.strains(points)).reshape(len(points), -1)
+        strains = [record.get("values", {}).get("peak_strain") for record in self.records(points)]
+        return stacked(strains).reshape(len(points), -1)
 
     def ends_and_peaks(self, values: Sequence[Sequence[float]]) -> list[Point]:
-        """Give the points at the corners of a grid, and where a member's peak strain is no less than beside it.
-
-        Points that failed are not among them: with estimates they fail as well.
-        """
+        """Give the points at the corners of a grid, and where a member's peak strain is no less than beside it."""
+        # Points that failed are not among them: with estimates they fail as well.
         points, shape = grid(values), [len(along) for along in values]
         peaks = self.peaks(points)
         found = peaks_of(peaks.reshape(*shape, -1), len(shape)).ravel() & ~np.isnan(peaks).all(axis=1)
@@ -248,28 +261,22 @@ class SweepRun:
         quick, its_own = self.without_estimates, set(self.without_estimates.ends_and_peaks(values))
         return [self.kept(quick, point) if point in its_own else quick.records([point])[0] for point in grid(values)]
 
+    def kept(self, quick: SweepRun, point: Point) -> Record:
+        """Give what is kept of a point with estimates: of one that they refuse, the answer and the message."""
+        # Else curves would have gaps at their peaks, beside points that are as coarse and have no estimates.
+        (found,) = self.records([point])
+        if quick is self or found["error"] != UnresolvedError.__name__:
+            return found
+        return quick.records([point])[0] | {"not_estimated": "", "too_coarse": found["message"]}
+
     def finish(self, values: Sequence[Sequence[float]], records: Sequence[Record]) -> xr.Dataset:
-        """Put the points together, and tell the time that each took."""
+        """Write the time that each point took, and label the numbers of all."""
         for motion in self.points.glob("*.motion"):
             motion.unlink(missing_ok=True)
         places = itertools.product(*values)
         head = [*(f"{axis.path} ({axis.unit})" for axis in self.axes), "seconds", "error"]
         rows = [(*at, record["seconds"], record["error"]) for at, record in zip(places, records)]
         write_table(self.folder / "timings.csv", [head, *rows])
-        return self.dataset(values, records)
-
-    def kept(self, quick: SweepRun, point: Point) -> Record:
-        """Give what is kept of a point with estimates: of one that they refuse, the answer and the message.
-
-        Else curves would have gaps at their peaks, beside points that are as coarse and have no estimates.
-        """
-        (found,) = self.records([point])
-        if quick is self or found["error"] != UnresolvedError.__name__:
-            return found
-        return quick.records([point])[0] | {"not_estimated": "", "too_coarse": found["message"]}
-
-    def dataset(self, values: Sequence[Sequence[float]], records: Sequence[Record]) -> xr.Dataset:
-        """Label the points' numbers."""
         paths, shape = [axis.path for axis in self.axes], [len(along) for along in values]
         texts = {name: np.array([record[name] for record in records], dtype=object).reshape(shape) for name in TEXTS}
         data = xr.Dataset({name: (paths, text, {"long_name": TEXTS[name]}) for name, text in texts.items()})

@@ -165,10 +165,8 @@ def _tangents(
 
 
 def _coordinates(made: SceneMachine, t: Array, coupled: bool) -> tuple[list[Array], list[str]]:
-    """Give the machine's coordinates by independent ones, two derivatives by time, and names of those.
-
-    The first three are ``(positions, n, independent)`` each; derivatives are 0 where nothing is coupled.
-    """
+    """Give the machine's coordinates by independent ones, two derivatives by time, and names of those."""
+    # The first three are ``(positions, n, independent)`` each; derivatives are 0 where nothing is coupled.
     machine = made.machine
     turned, rows = _turned(machine, t), _rows(machine, t)
     dependent = _dependent(rows @ turned)
@@ -292,10 +290,7 @@ def participation(scene: Scene, progress: Progress = lambda step: None) -> xr.Da
         "modal_coordinate": (("theta", "mode"), y, meaning),
         "energy_share": ("mode", shares, {"units": "1", "long_name": "share of the strain energy over the cycle"}),
     }
-    labels = {
-        "theta": ("theta", chosen.cycle_rate * held.t, {"units": "rad"}),
-        "mode": range(1, y.shape[1] + 1),
-    }
+    labels = {"theta": ("theta", chosen.cycle_rate * held.t, {"units": "rad"}), "mode": range(1, y.shape[1] + 1)}
     return xr.Dataset(found, labels, stamp(scene))
 
 

@@ -5,6 +5,8 @@ Each process is a `ProcessPoolExecutor` of its own, as a pool ends with the firs
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import os
 import signal
 import threading
@@ -15,12 +17,89 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, chdir
 from itertools import chain
+from logging.handlers import QueueHandler
 from multiprocessing import forkserver, get_context, parent_process
+from multiprocessing.connection import Connection
+from multiprocessing.connection import wait as wait_for
+from multiprocessing.context import BaseContext
 from typing import Any, Self, TypeVar
 
 from fenics_mech._libraries import launched, leave_pint_out
 from fenics_mech.errors import SolverError
-from fenics_mech.studies.worker_logs import Channel, WorkerLogs, heard, send_log
+
+NAME = "fenics_mech"  # of the logger above all of the program
+PAUSE = 0.2  # s, after which pipes of new processes are heard too
+
+Channel = tuple[Connection, int]  # where a process sends its records, and from which level on
+
+
+class _Pipe:
+    """A pipe as the queue of a `QueueHandler`."""
+
+    def __init__(self, connection: Connection) -> None:
+        self.put_nowait = connection.send
+
+
+class WorkerLogs:
+    """The pipes of all processes, whose records are handled here as if they were logged here."""
+
+    # Each process has a pipe of its own: one that is killed in the middle of a record spoils no other's.
+
+    def __init__(self) -> None:
+        self.level = logging.getLogger(NAME).getEffectiveLevel()
+        self.ends: list[Connection] = []
+        self.others: list[Connection] = []
+        self.over = threading.Event()
+        self.thread = threading.Thread(target=self._listen, daemon=True)
+
+    def channel(self, context: BaseContext) -> Channel:
+        """Give a new process what it sends its records by."""
+        here, there = context.Pipe(duplex=False)
+        self.ends.append(here)
+        self.others.append(there)
+        return there, self.level
+
+    def _listen(self) -> None:
+        while not self.over.is_set():
+            if not self.ends:
+                self.over.wait(PAUSE)
+            self._hear(PAUSE)
+        self._hear(0.0)
+
+    def _hear(self, patience: float) -> None:
+        """Handle what has come, until nothing comes."""
+        while ready := wait_for(list(self.ends), patience):
+            for end in ready:
+                assert isinstance(end, Connection)
+                try:
+                    record = end.recv()
+                except (EOFError, OSError):
+                    self.ends.remove(end)
+                else:
+                    logging.getLogger(record.name).handle(record)
+
+
+@contextlib.contextmanager
+def heard() -> Iterator[WorkerLogs]:
+    """Handle the records of processes as long as they work."""
+    logs = WorkerLogs()
+    logs.thread.start()
+    try:
+        yield logs
+    finally:
+        logs.over.set()
+        logs.thread.join()
+        for end in (*logs.ends, *logs.others):
+            end.close()
+
+
+def send_log(channel: Channel) -> None:
+    """Let a process send what it logs to the one that it works for."""
+    connection, level = channel
+    logger = logging.getLogger(NAME)
+    logger.handlers, logger.propagate = [QueueHandler(_Pipe(connection))], False  # type: ignore[arg-type]
+    logger.setLevel(level)
+
 
 MAX_FAILED_STARTS = 10
 AFTER_FAILURE = 0.05  # s that a start waits after one that failed, and after each further one as much more
@@ -31,31 +110,18 @@ Task = TypeVar("Task")
 
 
 def prepare(module: str) -> None:
-    """Let what starts processes import what they need, while this one imports what it needs itself.
-
-    Python and PETSc would look for modules and options in the current folder, which may be a stranger's. So that
-    process begins in another one; those that it starts are in the current folder.
-
-    Parameters
-    ----------
-    module
-        The module of the work.
-    """
+    """Let what starts processes import what they need, while this one imports what it needs itself."""
+    # Python and PETSc would look for modules and options in the current folder, which may be a stranger's. So that
+    # process begins in another one; those that it starts are in the current folder.
     forkserver.set_forkserver_preload([STARTER, __name__, module, *LATER])  # imported once for all
     with chdir(os.sep):
         forkserver.ensure_running()
 
 
 class Workers:
-    """Processes that are started as there is work, and end with the block of a study: ``with Workers(2) as workers``.
+    """Processes that start as there is work, and end with the block of a study: ``with Workers(2) as workers``."""
 
-    What they keep from one task to the next, they keep from one call of `share` to the next too.
-
-    Parameters
-    ----------
-    count
-        Number of processes; 0 after the block.
-    """
+    # What they keep from one task to the next, they keep from one call of `share` to the next too.
 
     def __init__(self, count: int) -> None:
         self.count = count
@@ -81,26 +147,7 @@ class Workers:
         lost: Callable[[Task], None],
         started: Callable[[Task], None] = lambda task: None,
     ) -> None:
-        """Let the processes work on tasks.
-
-        Parameters
-        ----------
-        runs
-            What to work on, in this order; each task is pickled, and asked for when the one before it is done. One
-            process works on a run, unless it is lost: another then goes on with the run after the task that was lost.
-        work
-            A function of a module, that each process imports. Its first error ends all.
-        lost
-            Called with the task of a process that was ended from outside; another process takes its place.
-        started
-            Called with each task as it begins.
-
-        Raises
-        ------
-        SolverError
-            If `MAX_FAILED_STARTS` processes in a row are lost before they work, or `mpirun` started this one: MPI would
-            not start in those.
-        """
+        """Let the processes work on tasks."""
         if launched():
             raise SolverError("`--jobs` starts processes itself, which `mpirun` does not let it: leave one of them out")
         prepare(work.__module__)

@@ -43,11 +43,9 @@ class Density(Protocol):
         """Points of Gauss's rule along an element, beside the places inside it."""
 
     def at(self, t: Array, element: Index, x: Array, place: Array, tangent: Array, velocity: Array) -> Spread:
-        """Give it, and its derivatives.
-
-        Elements count from 0 among those that are loaded ``(places,)``, and x is the share of their length
-        ``(places,)``. Places (m), tangents and velocities (m/s) are ``(instants, places, 2)``.
-        """
+        """Give it, and its derivatives."""
+        # Elements count from 0 among those that are loaded (places,), and x is the share of their length (places,).
+        # Places (m), tangents and velocities (m/s) are (instants, places, 2).
 
 
 @dataclass(frozen=True)
@@ -173,13 +171,11 @@ class AlongBeams(Term):
         across[0] -= spread(found.by_place, N)
         across[0] -= spread(found.by_tangent, slopes)
         across[1] -= spread(found.by_velocity, N)
-        return Response(stress.reshape(x.shape), across=across.reshape(2, len(t), sets, 2 * k, 2 * k))
+        return Response(stress.reshape(x.shape), *across.reshape(2, len(t), sets, 2 * k, 2 * k))
 
     def _of_places(self, shapes: Array) -> Array:
-        """Give the weights of places ``(elements, points, places)`` by those of the vectors ``(points, vectors)``.
-
-        An axis is the way to the place that it reaches to. A sheared one is turned at both ends.
-        """
+        """Give the weights of places ``(elements, points, places)`` by those of the vectors ``(points, vectors)``."""
+        # An axis is the way to the place that it reaches to. A sheared one is turned at both ends.
         made = np.repeat(shapes[None], len(self.shear), axis=0)
         made[:, :, :4] += shapes[:, [1, 3]].sum(axis=1)[:, None] * self.shear[:, None]
         made[:, :, [0, 2]] -= made[:, :, [1, 3]]
@@ -190,10 +186,8 @@ class AlongBeams(Term):
         return present if static is not None else np.zeros_like(present)
 
     def on_vectors(self, stress: Array) -> Array:
-        """Give forces on the vectors of the loaded elements by stresses ``(instants, elements, vectors, 2)`` (N, N m).
-
-        The first axes of both ends are vectors 1 and 3.
-        """
+        """Give forces on the vectors of loaded elements by stresses ``(instants, elements, vectors, 2)`` (N, N m)."""
+        # The first axes of both ends are vectors 1 and 3.
         force = stress.reshape(len(stress), len(self.length), self.together, 2).copy()
         force[:, :, [0, 2]] += force[:, :, [1, 3]]
         force[:, :, [1, 3]] *= self.length[:, None, None]

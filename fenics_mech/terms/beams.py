@@ -58,20 +58,8 @@ class Element:
         line_mass: float = 0.0,
         rotary: Sequence[float] = (),
     ) -> Element:
-        """Give the numbers of a uniform beam: EA L, 12 EI/L, EI/L, GJ/L; 1/10, 0, 1/24.
-
-        Parameters
-        ----------
-        length
-            Length (m).
-        EA, EI, GJ
-            Axial stiffness (N), bending stiffness about the third and in space about the second axis, torsional
-            stiffness (N m^2).
-        line_mass
-            kg/m.
-        rotary
-            rho I about the same axes (kg m); none by default.
-        """
+        """Give the numbers of a uniform beam: EA L, 12 EI/L, EI/L, GJ/L; 1/10, 0, 1/24."""
+        # length (m); EA, EI, GJ (N)
         bending = np.asarray(EI)
         values = [EA * length, *(12 * bending / length), *(bending / length)]
         if len(bending) == 2:
@@ -84,17 +72,9 @@ class Element:
     def with_places(
         cls, inner: int, length: float, EA: Along, EI: Along, line_mass: Along = 0.0, rotary: Along = 0.0
     ) -> Element:
-        """Give the numbers of a beam in the plane with places inside, from 1 to 4.
-
-        Its places are a polynomial of the degree 3 + inner, however far it bends. A place is two unknowns.
-
-        Parameters
-        ----------
-        inner
-            Places inside.
-        length, EA, EI, line_mass, rotary
-            As of a uniform beam; all but the length may be functions of shares of the length ``(shares,)``.
-        """
+        """Give the numbers of a beam in the plane with places inside, from 1 to 4."""
+        # length, EA, EI, line_mass, rotary (shares,)
+        # Its places are a polynomial of the degree 3 + inner, however far it bends. A place is two unknowns.
         if not 1 <= inner <= MOST:
             raise ValueError(
                 f"an element has 1 to {MOST} places inside, not {inner}; without them it is Element.uniform"
@@ -165,7 +145,7 @@ class Beams(Term):
         return np.array([[e.length, *e.arch.ravel()] for e in self.elements]).reshape(len(self.elements), -1)
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
-        """Give D (strain + tau strain rate), stresses by twist inside elements, which is not damped, and of modes."""
+        """Give D (strain + tau strain rate), stresses by twist inside elements, which is not damped."""
         tau = self.damping[:, None]
         stress = np.einsum("eij,tej->tei", self.stiffness, x + tau * v)
         shape = (len(t), *self.stiffness.shape)
@@ -173,7 +153,11 @@ class Beams(Term):
         if self.damping.any():
             by_rate = np.ascontiguousarray(np.broadcast_to(tau[..., None] * self.stiffness, shape))
         self.twisting.add_to(x, stress, by_strain)
-        return Response(stress, by_strain, by_rate, None if self.modal is None else self.modal.at(t))
+        return Response(stress, by_strain, by_rate)
+
+    def patterns(self, t: Array) -> Array | None:
+        """Give the patterns of damped modes."""
+        return None if self.modal is None else self.modal.at(t)
 
     def stiffening(self, present: Array, static: Array | None) -> Array:
         """Give the axial forces of the static answer."""
@@ -187,26 +171,18 @@ class Beams(Term):
 
 
 class TwistInside:
-    """Twist that varies inside elements whose two bending stiffnesses differ, without an unknown of its own.
+    """Twist that varies inside elements whose two bending stiffnesses differ, without an unknown of its own."""
 
-    The section at xi, from 0 to 1, turns by 4 xi (1 - xi) c more. D is the difference of both bending stiffnesses over
-    the length, G the torsional stiffness over it, p and r the curvature modes of the stiff and of the soft plane:
-
-        energy = 1/2 (16/3 G + 8/15 D r^2) c^2 + 2/3 D p r c.
-
-    Its least value by c is -1/2 p^2 f, with f = D^2 r^2/(12 G + 6/5 D r^2). It takes up to 5/6 of D from the stiff
-    plane, and the energy of the strains stays positive. Left out is -4/15 D p^2 c^2, which matters where p^2 is near
-    10 G/D: there an element would buckle alone.
-
-    Parameters
-    ----------
-    stiffness
-        Of the strains of every element, ``(elements, strains, strains)``.
-    planes
-        Of bending.
-    """
+    # The section at xi, from 0 to 1, turns by 4 xi (1 - xi) c more. D is the difference of both bending stiffnesses
+    # over the length, G the torsional stiffness over it, p and r the curvature modes of the stiff and of the soft
+    # plane:
+    # energy = 1/2 (16/3 G + 8/15 D r^2) c^2 + 2/3 D p r c.
+    # Its least value by c is -1/2 p^2 f, with f = D^2 r^2/(12 G + 6/5 D r^2). It takes up to 5/6 of D from the stiff
+    # plane, and the energy of the strains stays positive. Left out is -4/15 D p^2 c^2, which matters where p^2 is
+    # near 10 G/D: there an element would buckle alone.
 
     def __init__(self, stiffness: Array, planes: int) -> None:
+        # stiffness (elements, strains, strains)
         own = np.diagonal(stiffness, axis1=1, axis2=2)
         bending = own[:, 1 + planes : 1 + 2 * planes]
         difference = np.ptp(bending, axis=1)  # 0 in the plane, where there is one of them

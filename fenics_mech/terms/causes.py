@@ -14,7 +14,6 @@ class Cause(StrEnum):
 
     INERTIA = "inertia"
     WEIGHT = "weight"
-    ELASTIC = "elastic"
     LOADS = "loads"
     IMPULSES = "impulses"
     SPRINGS = "springs"
@@ -33,12 +32,6 @@ class Cause(StrEnum):
 
 
 def cause_of_efforts(scene: Scene) -> str:
-    """Give the name under which the power of all drives and freedoms together is listed.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give the name under which the power of all drives and freedoms together is listed."""
     kinds = ("drive", len(scene.drives)), ("freedom", len(scene.freedoms))
     return " and ".join(name if count == 1 else f"{name}s" for name, count in kinds if count) or "drive"

@@ -44,23 +44,8 @@ class Masses:
                 self.entries[a, b] += mass * x * y
 
     def add_body(self, end: End, mass: float, tensor: Array) -> None:
-        """Add a rigid body, or with a tensor of zeros a point mass.
-
-        Parameters
-        ----------
-        end
-            Its centre of mass and its axes.
-        mass
-            kg.
-        tensor
-            Second moments of its mass about the centre, ``(d, d)`` (kg m^2): sum of m x_i x_j (Euler's tensor). In the
-            plane its trace is the moment of inertia.
-
-        Raises
-        ------
-        ValueError
-            When a mass or a second moment is negative.
-        """
+        """Add a rigid body, or with a tensor of zeros a point mass."""
+        # tensor (d, d) (kg m^2)
         _refuse_negative(np.array([[mass]]), "the mass of a body", "kg")
         _refuse_negative(tensor, "a second moment of the mass of a body", "kg m^2")
         self.couple(place_of(end), place_of(end), mass)
@@ -70,26 +55,8 @@ class Masses:
     def add_beam(
         self, ends: tuple[End, End], mass: Array, sections: Array, beside: Array, inside: Sequence[int] = ()
     ) -> None:
-        """Add an element whose places are Hermite polynomials between its ends' places and first axes.
-
-        Parameters
-        ----------
-        ends
-            Its ends.
-        mass
-            Between places and first axes of both ends, and places inside (kg, kg m, kg m^2).
-        sections
-            Rotary inertia of the sections along axes 2 (and 3), rho I L of each, ``(bends,)`` (kg m^2).
-        beside
-            Between the same four vectors and axes 2 (and 3) at both ends, ``(bends, 4, 2)`` (kg m, kg m^2).
-        inside
-            Poses of the places inside.
-
-        Raises
-        ------
-        ValueError
-            When a mass is negative.
-        """
+        """Add an element whose places are Hermite polynomials between its ends' places and first axes."""
+        # sections (bends,) (kg m^2); beside (bends, 4, 2)
         _refuse_negative(mass, "the mass of a beam element", "kg")
         _refuse_negative(np.diag(sections), "the rotary inertia of a beam element", "kg m^2")
         vectors = [made for end in ends for made in (place_of(end), axis_of(end, 0))]
@@ -136,16 +103,8 @@ def hermite_mass(length: float, line_mass: float) -> Array:
 
 
 def beside_line(length: float, moment: Array) -> Array:
-    """Give the mass between places and first axes of both ends, and their other axes, ``(bends, 4, 2)``.
-
-    It is that of a uniform mass beside the line of the places: r(x) + e d(x), d linear between the ends.
-
-    Parameters
-    ----------
-    length
-        m.
-    moment
-        rho A e along each of the other axes ``(bends,)`` (kg).
-    """
+    """Give the mass between places and first axes of both ends, and their other axes, ``(bends, 4, 2)``."""
+    # moment (bends,) (kg)
+    # It is that of a uniform mass beside the line of the places: r(x) + e d(x), d linear between the ends.
     shares = np.array([[21, 9], [3, 2], [9, 21], [-2, -3]]) / 60 * np.array([1, length, 1, length])[:, None]
     return np.asarray(length * moment[:, None, None] * shares)

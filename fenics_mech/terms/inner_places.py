@@ -62,10 +62,9 @@ class Shapes:
         return legvander(2 * points - 1, 1 + self.inner)
 
     def table(self) -> Array:
-        """Give what the kernel takes, of each point: weight, derivatives of the shapes but the first, polynomials.
-
-        3 points more than places integrate the square of the slope; with one less, errors are 2 to 20 times as large.
-        """
+        """Give what the kernel takes, of each point: weight, derivatives of the shapes but the first, polynomials."""
+        # 3 points more than places integrate the square of the slope; with one less, errors are 2 to 20 times as
+        # large.
         points, weights = self.rule(3)
         return np.hstack([weights[:, None], self.at(points, 1)[:, 1:], self.at(points, 2)[:, 1:], self.modes(points)])
 

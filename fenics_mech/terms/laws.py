@@ -280,7 +280,7 @@ class OverState(Term):
         across[0, :, 0, :count, :count] = factor[:, None, None] * one.by_measure[:, 0]
         for derivative, by in zip(across, (by_measure, by_rate)):
             derivative[:, 0, :count, count] = by[:, None] * one.stress[:, 0]
-        return Response(stress, across=across)
+        return Response(stress, *across)
 
 
 class DeadLoad(Term):

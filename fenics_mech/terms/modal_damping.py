@@ -43,19 +43,8 @@ class ModalDamping:
 
     @classmethod
     def of(cls, stiffness: Array, strains: Sequence[Array], lags: Sequence[Array], period: float) -> ModalDamping:
-        """Make it of the modes at even positions of a cycle.
-
-        Parameters
-        ----------
-        stiffness
-            Of the strains ``(elements, strains, strains)`` (N m).
-        strains
-            Of the modes at each position, of unit energy, ``(elements, strains, modes)``.
-        lags
-            ``2 zeta_i/w_i`` of these modes (s).
-        period
-            s.
-        """
+        """Make it of the modes at even positions of a cycle."""
+        # stiffness (elements, strains, strains) (N m); strains (elements, strains, modes); lags (s)
         half = np.linalg.cholesky(stiffness)
         shape = stiffness.shape[:2]
         roots = [
@@ -70,10 +59,8 @@ class ModalDamping:
         return cls(half @ left.reshape(*shape, -1), exponents, coefficients, modes)
 
     def at(self, t: Array) -> Array:
-        """Give E, with E E^T = P, at some instants: ``(instants, elements, strains, modes)``.
-
-        Every step of Newton's method asks for the same instants.
-        """
+        """Give E, with E E^T = P, at some instants: ``(instants, elements, strains, modes)``."""
+        # Every step of Newton's method asks for the same instants.
         return self._last.once(t.tobytes(), self._at, t)
 
     def _at(self, t: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -48,13 +49,8 @@ class Response:
     stress
         ``(instants, elements, measures)``; stress times rate of its measure is the power that the term takes (W).
     by_measure, by_rate
-        Derivatives ``(instants, elements, measures, measures)``; None where there is none.
-    modes
-        Patterns E of stress over all elements ``(instants, elements, measures, modes)``, which are as large as their
-        product with the rates of the measures: the stress E (E . rates) is added. None where there is none.
-    across
-        Where elements respond together, derivatives of their stresses by all of their measures, and by the rates of
-        these: ``(2, instants, sets, stresses of a set, measures of a set)``. The others are then None.
+        Derivatives ``(instants, elements, measures, measures)``; None where there is none. Where elements respond
+        together, both are by all measures of a set ``(instants, sets, stresses of a set, measures of a set)``.
     by_pulls
         Derivatives by the multipliers that the term looks at ``(instants, elements, measures, rows)``.
     off, limit
@@ -64,25 +60,17 @@ class Response:
     stress: Array
     by_measure: Array | None = None
     by_rate: Array | None = None
-    modes: Array | None = None
-    across: Array | None = None
     by_pulls: Array | None = None
     off: float = 0.0
     limit: float = 0.0
 
     def times(self, share: float) -> Response:
         """Give a share of the stresses."""
-        parts = {name: getattr(self, name) for name in ("by_measure", "by_rate", "across", "by_pulls")}
-        shares = {name: share * x for name, x in parts.items() if x is not None}
-        return replace(self, stress=share * self.stress, modes=None, **shares)
-
-    def under(self, sizes: Array) -> Response:
-        """Give the same with the stress of its modes, whose sizes are given ``(instants, modes)``."""
-        assert self.modes is not None
-        return replace(self, stress=self.stress + np.einsum("temk,tk->tem", self.modes, sizes))
+        parts = {name: getattr(self, name) for name in ("by_measure", "by_rate", "by_pulls")}
+        return replace(self, stress=share * self.stress, **{k: share * x for k, x in parts.items() if x is not None})
 
 
-class Term:
+class Term(ABC):
     """Elements of one kind between pairs of ends.
 
     A term states what it looks at (`measures`), and `respond` gives the stresses. The machine makes forces, tangents
@@ -109,23 +97,20 @@ class Term:
         """Measures of every element, as many of each."""
         return [self.measures] * len(self.pairs)
 
+    @abstractmethod
     def respond(self, t: Array, x: Array, v: Array) -> Response:
-        """Give the stresses at some instants.
+        """Give the stresses at some instants by measures and their rates ``(instants, elements, measures)``."""
 
-        Parameters
-        ----------
-        t
-            Instants ``(instants,)`` (s).
-        x, v
-            Measures and their rates, ``(instants, elements, measures)``.
+    def patterns(self, t: Array) -> Array | None:
+        """Give patterns E of stress over all elements ``(instants, elements, measures, modes)``; None for none.
+
+        They are as large as their product with the rates of the measures: the stress E (E . rates) is added.
         """
-        raise NotImplementedError
+        return None
 
     def stiffening(self, present: Array, static: Array | None) -> Array:
-        """Give what counts in the geometric stiffness of a linear theory, of present stresses and a static answer's.
-
-        Without a static answer no axial forces act.
-        """
+        """Give what counts in the geometric stiffness of a linear theory, of present stresses and a static answer's."""
+        # Without a static answer no axial forces act.
         return present
 
     def near(self, t: Array) -> Array | None:

@@ -10,10 +10,8 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.spatial_result import SpatialResult
-from fenics_mech.views.frames import ShownPeak, cycle, default_magnification, frames_at, moment_of_peak, peak_of
-from fenics_mech.views.geometry import motion_of
-from fenics_mech.views.joint_drawings import ground_points, guides_of
-from fenics_mech.views.moving_points import load_names
+from fenics_mech.views.drawn_parts import ground_points, guides_of, load_names, motion_of
+from fenics_mech.views.frames import cycle, default_magnification, frames_at, moment_of_peak, peak_of
 from fenics_mech.views.picture_files import Pictures, Progress, check_ending, check_options, even, write_pictures
 from fenics_mech.views.reading import reading_of, reading_of_a_file
 from fenics_mech.views.rendering import prepare_rendering
@@ -89,58 +87,54 @@ def animate(
     check_options(magnify, frames, fps, size)
     if colour not in COLOURED:
         raise ViewError(f"colours show {' or '.join(COLOURED)}, found {colour!r}")
+    size = even(size) if ending == ".mp4" else size
     if isinstance(result, SpatialResult):
         prepare_rendering()
         from fenics_mech.views.space.animation import spatial_animation  # noqa: PLC0415 - VTK is loaded only where used
 
-        size = even(size) if ending == ".mp4" else size
         return spatial_animation(result, path, (colour, magnify, frames, names), fps, size, progress)
     if "link_position" not in result.data:
         raise ViewError("the result has no positions: an older version wrote it. Analyse its scene again")
     prepare_rendering()
-    if ending == ".mp4":
-        size = even(size)
     at = np.array([moment_of_peak(result, colour)]) if ending == ".png" else cycle(result, frames)
     factor = default_magnification(result) if magnify is None else magnify
-    scene = result.scene
-    written = (*scene.joints, *scene.points, *load_names(scene)) if names else ()
-    pictures = _pictures(result, (at, factor), size, (colour, written, true_width), progress)
+    pictures = _pictures(result, at, factor, size, colour, names, true_width, progress)
     return write_pictures(path, pictures, fps)
 
 
 def _pictures(
     result: Result,
-    drawn: tuple[Array, float],
+    at: Array,
+    factor: float,
     size: tuple[int, int],
-    look: tuple[str, tuple[str, ...], bool],
+    colour: str,
+    names: bool,
+    true_width: bool,
     progress: Progress,
 ) -> Pictures:
     """Render the mechanism at instants with a magnification, one picture after the other."""
-    from fenics_mech.views.stage import Look, Stage  # noqa: PLC0415 - VTK is loaded only where something is rendered
+    from fenics_mech.views.stage import Stage  # noqa: PLC0415 - VTK is loaded only where something is rendered
 
     scene = result.scene
     with reading_of_a_file():
-        shown, peak = frames_at(result, *drawn, look[0]), peak_of(result, look[0])
+        shown, peak = frames_at(result, at, factor, colour), peak_of(result, colour)
     driven = drive_of(scene) if len(scene.drives) < 2 else f"{len(scene.drives)} drives; period {scene.period:.4g} s"
     ground = (ground_points(scene), guides_of(scene, motion_of(result)))
-    unit = reading_of(result).units.label(look[0])
-    text = f"{scene.name}, {driven}", _caption(peak, f"{look[0]} {{}} {unit}", drawn[1])
-    limit = 1.0 if peak is None else peak.limit
-    stage = Stage(shown, ground, size, Look(limit, f"{look[0]} ({unit})", *look[1:]), text)
+    unit = reading_of(result).units.label(colour)
+    written = (*scene.joints, *scene.points, *load_names(scene)) if names else ()
+    limit, caption = 1.0, "links do not bend"
+    if peak is not None:
+        limit = peak.limit
+        caption = (
+            f"ring: {colour} {short(peak.value)} {unit} {peak.words}\n"
+            f"deflection \N{MULTIPLICATION SIGN} {factor:.4g}, of paths \N{MULTIPLICATION SIGN} 1; "
+            f"colour: {colour} of each side; grey: rigid linkage"
+        )
+    text = f"{scene.name}, {driven}", caption
+    stage = Stage(shown, ground, size, limit, f"{colour} ({unit})", text, written, true_width)
     try:
         for index in range(len(shown.labels)):
             progress(index, len(shown.labels))
             yield stage.picture(index)
     finally:
         stage.close()
-
-
-def _caption(peak: ShownPeak | None, measure: str, magnify: float) -> str:
-    """Say what is drawn; `measure` is what the colours show, with its unit and room for a value."""
-    if peak is None:
-        return "links do not bend"
-    return (
-        f"ring: {measure.format(short(peak.value))} {peak.words}\n"
-        f"deflection \N{MULTIPLICATION SIGN} {magnify:.4g}, of paths \N{MULTIPLICATION SIGN} 1; "
-        f"colour: {measure.split(maxsplit=1)[0]} of each side; grey: rigid linkage"
-    )

@@ -14,7 +14,8 @@ from rich.text import Text
 
 from fenics_mech._arrays import Array
 from fenics_mech.views.figures import COLOURS, empty_figure, finish, save_all, with_unit
-from fenics_mech.views.sweep_data import labelled, units_of
+from fenics_mech.views.prefixes import labelled
+from fenics_mech.views.sweep_data import units_of
 from fenics_mech.views.tables import number, table_of
 
 if TYPE_CHECKING:
@@ -24,13 +25,7 @@ STABLE, UNSTABLE = "-", (0, (4, 2))
 
 
 def plot_branch(branch: Branch, folder: str | Path) -> list[Path]:
-    """Make the plots of a branch as PNG files in `folder`.
-
-    Raises
-    ------
-    ResultError
-        When a file cannot be written.
-    """
+    """Make the plots of a branch as PNG files in `folder`."""
     figures = {"response": branch_figure(branch)}
     if "multiplier" in branch.data:
         figures["stability"] = multiplier_figure(branch)
@@ -47,11 +42,11 @@ def branch_figure(branch: Branch) -> Figure:
     )
     for axes, (name, scale, title, label) in zip(panels, kinds):
         for i, member in enumerate(data["member"].to_numpy()):
-            _draw(
-                axes, branch, scale * data[name].sel(member=member).to_numpy(), COLOURS[i % len(COLOURS)], str(member)
-            )
+            heights = scale * data[name].sel(member=member).to_numpy()
+            _draw(axes, branch, heights, COLOURS[i % len(COLOURS)], str(member))
         axes.set_ylim(bottom=0)
-        _settle(axes, branch, f"{title} in a cycle. Dashed: unstable; circles: folds", label)
+        axes.set_xlim(branch.values.min(), branch.values.max())
+        finish(axes, f"{title} in a cycle. Dashed: unstable; circles: folds", label)
     panels[-1].set_xlabel(with_unit(branch.data, branch.path))
     return figure
 
@@ -62,7 +57,8 @@ def multiplier_figure(branch: Branch) -> Figure:
     largest = np.hypot(*np.moveaxis(branch.data["multiplier"].transpose(..., "part").to_numpy()[:, 0], -1, 0))
     _draw(axes, branch, largest, COLOURS[0], "")
     axes.axhline(1, color="#777777", linewidth=0.8, linestyle="-", zorder=1.5)
-    _settle(axes, branch, "Stability: disturbances grow above 1. Circles: folds", "largest Floquet multiplier")
+    axes.set_xlim(branch.values.min(), branch.values.max())
+    finish(axes, "Stability: disturbances grow above 1. Circles: folds", "largest Floquet multiplier")
     axes.set_xlabel(with_unit(branch.data, branch.path))
     return figure
 
@@ -70,10 +66,12 @@ def multiplier_figure(branch: Branch) -> Figure:
 def branch_summary(branch: Branch) -> Group:
     """Tell where the branch folds, to which motions the machine may jump there, and where else stability changes."""
     data = branch.data
-    parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     low, high = number(float(branch.values.min())), number(float(branch.values.max()))
-    shares = f"{int(data['stable'].sum())} of {data.sizes['point']} points are stable"
-    unit = data[branch.path].attrs["units"]
+    shares, unit = (
+        f"{int(data['stable'].sum())} of {data.sizes['point']} points are stable",
+        data[branch.path].attrs["units"],
+    )
+    parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     parts.append(Text(f"{branch.path} from {low} to {high} {unit}: {shares}"))
     if (data["fold"] == 1).any():
         parts.append(_folds(branch))
@@ -110,17 +108,5 @@ def _draw(axes: Axes, branch: Branch, heights: Array, colour: str, label: str) -
         run = np.append(part, part[-1] + 1)
         axes.plot(branch.values[run], heights[run], color=colour, linestyle=STABLE if solid[part[0]] else UNSTABLE)
     axes.plot([], [], color=colour, linestyle=STABLE, label=label)
-    look: dict[str, Any] = {
-        "linestyle": "none",
-        "marker": "o",
-        "markersize": 5,
-        "markerfacecolor": "white",
-        "zorder": 3,
-    }
-    axes.plot(branch.values[fold], heights[fold], color=colour, **look)
-
-
-def _settle(axes: Axes, branch: Branch, title: str, label: str) -> None:
-    """Set titles, labels and limits."""
-    axes.set_xlim(branch.values.min(), branch.values.max())
-    finish(axes, title, label)
+    look: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5, "markerfacecolor": "white"}
+    axes.plot(branch.values[fold], heights[fold], color=colour, zorder=3, **look)

@@ -18,10 +18,9 @@ from fenics_mech._files import write_frame
 from fenics_mech.errors import ViewError, percent
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
-from fenics_mech.studies.compare import COLUMNS
-from fenics_mech.studies.compared_curves import Curves, Quantity
+from fenics_mech.studies.compare import COLUMNS, Curves, Quantity
 from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
-from fenics_mech.views.plot_marks import MEASURED
+from fenics_mech.views.plots import MEASURED
 from fenics_mech.views.prefixes import fitted, without_rounding
 from fenics_mech.views.reading import place_along
 from fenics_mech.views.tables import drive_of, number, table_of
@@ -38,34 +37,21 @@ MEANING = (
 
 
 def comparison_table(sources: Sequence[Curves], data: xr.Dataset, scene: Scene) -> Group:
-    """Tabulate what `compare` found, one or two tables for each source beside the reference, and how strains vibrate.
-
-    Parameters
-    ----------
-    sources
-        The reference and the others.
-    data
-        From `studies.compare.compare`.
-    scene
-        Scene of the reference, with the units of the numbers.
-    """
+    """Tabulate what `compare` found, up to two tables for each source beside the reference, and vibration."""
     tables: list[RenderableType] = []
     units = _units(sources, data, scene)
     known = {quantity.label: quantity for source in sources for quantity in source.known}
     for source in sources[1:]:
-        columns = "peak of\nreference", "peak", "largest\ndifference", "rms", "shift"
-        table = table_of(f"{source.label} against {data.attrs['reference']}", "quantity", *columns)
         found = data.sel(other=source.label)
-        _fill(table, found, known, scene, units)
-        tables.append(table)
+        title = f"{source.label} against {data.attrs['reference']}"
+        tables.append(_table(title, found, known, scene, units))
         if not np.isnan(found["largest_difference"]).all():
             tables.append(_anywhere_table(found, known, scene, units))
     tables.append(Text(MEANING))
     members = dict.fromkeys(member for source in sources for member in source.vibration)
     if members:
-        table = table_of(
-            "Vibration of the strain at mid-span, or at a gauge (Hz)", "member", *(s.label for s in sources)
-        )
+        title = "Vibration of the strain at mid-span, or at a gauge (Hz)"
+        table = table_of(title, "member", *(source.label for source in sources))
         for member in members:
             rates = (source.vibration.get(member) for source in sources)
             table.add_row(escape(member), *("-" if rate is None else number(rate) for rate in rates))
@@ -74,15 +60,7 @@ def comparison_table(sources: Sequence[Curves], data: xr.Dataset, scene: Scene) 
 
 
 def differing_speeds(scenes: Mapping[str, Scene], told: Scene) -> str:
-    """Say so where runs differ in speed, with the speed of each; nothing where they do not.
-
-    Parameters
-    ----------
-    scenes
-        Scenes of the runs, by their labels.
-    told
-        A scene with the units of the speeds.
-    """
+    """Say so where runs differ in speed, with the speed of each; nothing where they do not."""
     rates = np.array([scene.cycle_rate for scene in scenes.values()])
     if np.allclose(rates, rates[0], rtol=SAME_SPEED, atol=0):
         return ""
@@ -145,9 +123,9 @@ def _scale(kind: str, unit: str, units: AnswerUnits) -> tuple[float, str]:
     return units.size(of), units.label(of)
 
 
-def _fill(table: Table, data: xr.Dataset, known: dict[str, Quantity], scene: Scene, units: AnswerUnits) -> None:
-    """Fill in a line for each quantity that both have, below a line for its kind."""
-    group = ""
+def _table(title: str, data: xr.Dataset, known: dict[str, Quantity], scene: Scene, units: AnswerUnits) -> Table:
+    """Tabulate each quantity that both have, below a line for its kind."""
+    table, group = table_of(title, "quantity", "peak of\nreference", "peak", "largest\ndifference", "rms", "shift"), ""
     for i, label in enumerate(data["quantity"].to_numpy()):
         row, quantity = {name: float(data[name][i]) for name in COLUMNS}, known[str(label)]
         if np.isnan(row["peak"]):
@@ -163,47 +141,19 @@ def _fill(table: Table, data: xr.Dataset, known: dict[str, Quantity], scene: Sce
         measure = float(max(abs(row["peak_reference"]), TINY))
         shift = f"{round(np.degrees(row['shift']), 2) + 0.0:.2f}{DEGREE}"  # no minus before zero
         table.add_row(escape(what), *sizes, percent(row["rms"] / measure), shift)
+    return table
 
 
 def write_comparison(data: xr.Dataset, path: Path) -> Path:
-    """Write the comparison as a CSV, one quantity and source a line, in SI.
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    """
+    """Write the comparison as a CSV, one quantity and source a line, in SI."""
     table = data.to_dataframe().dropna(subset=["peak"]).reset_index()
     write_frame(path, table)
     return path
 
 
 def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path, scene: Scene) -> list[Path]:
-    """Draw the curves of all sources above one another, a figure for each kind of quantity and a panel for each part.
-
-    Of many parts those are drawn that differ most.
-
-    Parameters
-    ----------
-    sources
-        The reference and the others.
-    data
-        From `studies.compare.compare`.
-    folder
-        Where to write.
-    scene
-        Scene of the reference, with the units of the curves.
-
-    Returns
-    -------
-    list of Path
-        The files, "compare_strain.png" and so on.
-
-    Raises
-    ------
-    ViewError, ResultError
-        When a file cannot be written.
-    """
+    """Draw the curves of all sources, a figure for each kind of quantity and a panel for each part."""
+    # Of many parts those are drawn that differ most.
     asked = dict.fromkeys(quantity for source in sources for quantity in source.known)
     order = {str(label): i for i, label in enumerate(data["quantity"].to_numpy())}
     rms = np.nan_to_num(data["rms"].to_numpy()).max(axis=0)
@@ -214,33 +164,21 @@ def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path, s
     for kind in dict.fromkeys(quantity.kind for quantity in drawn):
         of_kind = sorted((q for q in drawn if q.kind == kind), key=lambda q: -rms[order[q.label]])[:MOST_PANELS]
         of_kind.sort(key=lambda q: order[q.label])
-        paths.append(_figure(sources, of_kind, folder / f"compare_{kind}.png", scene, units))
+        figure, panels = new_figure(rows=len(of_kind), height=1.0 + 2.6 * len(of_kind))
+        for axes, quantity in zip(panels, of_kind):
+            known = [(i, source) for i, source in enumerate(sources) if source.has(quantity)]
+            size, unit = _scale(kind, known[0][1].unit(quantity), units)
+            for i, source in known:
+                theta, values = source.curve(quantity)
+                if source.cycle is None:
+                    axes.plot(np.degrees(theta) % 360, values / size, label=source.label, **POINTS)
+                else:
+                    look: dict[str, Any] = {"color": COLOURS[i % len(COLOURS)], "linestyle": "-"}
+                    axes.plot(*curve(theta, values / size), label=source.label, **look)
+            words = kind.replace("_", " ")
+            title = sentence(words) + (f" of {quantity.part}" if quantity.part else "")
+            title += f", {place}" if (place := _place(quantity, scene)) else ""
+            title += f"{_side(quantity.fibre)} side" if kind == "strain" else ""
+            finish(axes, title, f"{words} ({unit})", columns=3)
+        paths.append(save(figure, folder / f"compare_{kind}.png"))
     return paths
-
-
-def _figure(
-    sources: Sequence[Curves], quantities: Sequence[Quantity], path: Path, scene: Scene, units: AnswerUnits
-) -> Path:
-    """Draw one panel a quantity."""
-    figure, panels = new_figure(rows=len(quantities), height=1.0 + 2.6 * len(quantities))
-    for axes, quantity in zip(panels, quantities):
-        known = next(source for source in sources if source.has(quantity))
-        size, unit = _scale(quantity.kind, known.unit(quantity), units)
-        for i, source in enumerate(sources):
-            if not source.has(quantity):
-                continue
-            theta, values = source.curve(quantity)
-            if source.cycle is None:
-                axes.plot(np.degrees(theta) % 360, values / size, label=source.label, **POINTS)
-            else:
-                colour = COLOURS[i % len(COLOURS)]
-                axes.plot(*curve(theta, values / size), label=source.label, color=colour, linestyle="-")
-        finish(axes, _title(quantity, scene), f"{quantity.kind.replace('_', ' ')} ({unit})", columns=3)
-    return save(figure, path)
-
-
-def _title(quantity: Quantity, scene: Scene) -> str:
-    """A heading for the curves of a quantity."""
-    words = sentence(quantity.kind.replace("_", " ")) + (f" of {quantity.part}" if quantity.part else "")
-    words += f", {place}" if (place := _place(quantity, scene)) else ""
-    return f"{words}{_side(quantity.fibre)} side" if quantity.kind == "strain" else words

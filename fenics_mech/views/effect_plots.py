@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
-from fenics_mech.views.sweep_data import labelled
+from fenics_mech.views.prefixes import labelled
 from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:
@@ -20,15 +20,7 @@ RUN_COLUMNS = "effect added", "strain differs from\nthe last row by", "time (s)"
 
 
 def plot_effects(runs: Sequence[Run], path: str | Path) -> Path:
-    """Plot the mid-span strain of every member that bends most, one panel a member, one curve a run.
-
-    Raises
-    ------
-    ViewError
-        When the file's ending is not known.
-    ResultError
-        When the file cannot be written.
-    """
+    """Plot the mid-span strain of every member that bends most, one panel a member, one curve a run."""
     result = runs[-1].result
     last, units = result.data["strain"], result.scene.answer_units
     peaks = abs(last).max(("theta", "s", "fibre")).to_series().sort_values(ascending=False)
@@ -45,10 +37,7 @@ def plot_effects(runs: Sequence[Run], path: str | Path) -> Path:
                 linewidth=1.2 + (run is runs[-1]),
             )
         finish(
-            axes,
-            f"Strain of {member} at mid-span, + side: effects added in turn",
-            labelled(units, "strain"),
-            columns=3,
+            axes, f"Strain of {member} at mid-span, + side: effects added in turn", labelled(units, "strain"), columns=3
         )
     return save(figure, path)
 

@@ -21,15 +21,7 @@ MEANING = "range, mean and ratio (least over largest stress) of the material and
 
 
 def fatigue_table(result: Result, found: xr.Dataset) -> Group:
-    """Tabulate the worst place of each member: its stresses, its damage, and how long it lasts.
-
-    Parameters
-    ----------
-    result
-        The result.
-    found
-        From `recovery.stress_figures.fatigue`.
-    """
+    """Tabulate the worst place of each member: its stresses, its damage, and how long it lasts."""
     units, cycle = prefixed(result, result.scene.answer_units), "stress_range" in found
     unit = units.label("stress")
     stresses = [f"range\n({unit})", f"mean\n({unit})", "ratio"] if cycle else []
@@ -50,20 +42,12 @@ def fatigue_table(result: Result, found: xr.Dataset) -> Group:
         lasts = [float(found[name].sel(member=member)) for name in ("life_cycles", "life_hours")]
         words = ["without end" if np.isinf(value) else f"{value:.3g}" for value in lasts]
         table.add_row(escape(str(member)), *cells, f"{damage[i, j, f]:.3g}", *words)
-    table.caption, table.caption_justify = MEANING, "left"
+    table.caption = MEANING
     return Group(Text(result.scene.name, style="bold"), table)
 
 
 def cases_fatigue(result: Result, found: xr.Dataset) -> Group:
-    """Tabulate the damage of every load case, and the share of the life that all of them use.
-
-    Parameters
-    ----------
-    result
-        A result of several load cases.
-    found
-        From `recovery.stress_figures.life_used`.
-    """
+    """Tabulate the damage of every load case, and the share of the life that all of them use."""
     parts: list[RenderableType] = [fatigue_table(one, fatigue(one)) for one in result.cases.values()]
     if "life_used" not in found:
         text = "The cases tell no `cycles` or `share`, so that the worst of them decides."
@@ -77,18 +61,12 @@ def cases_fatigue(result: Result, found: xr.Dataset) -> Group:
         shares = [share(float(value)) for value in [*one["used"].sel(case=names).to_numpy(), one["life_used"]]]
         table.add_row(escape(str(member)), *shares)
     cycles = ", ".join(f"{name} {result.cycles[name]:.3g}" for name in names)
-    table.caption, table.caption_justify = f"at 100 % a member breaks; cycles of the machine: {cycles}", "left"
+    table.caption = f"at 100 % a member breaks; cycles of the machine: {cycles}"
     return Group(*parts, table)
 
 
 def write_fatigue(found: xr.Dataset, path: Path) -> Path:
-    """Write a CSV of the damage at every place.
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    """
+    """Write a CSV of the damage at every place."""
     table = found["damage"].to_dataframe().dropna().reset_index()
     write_frame(path, table)
     return path

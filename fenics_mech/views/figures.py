@@ -21,7 +21,7 @@ from PIL import Image
 from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
-from fenics_mech.views.geometry import one_turn
+from fenics_mech.views.drawn_parts import one_turn
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
 STYLE: Any = {
@@ -58,16 +58,11 @@ LETTER, HANDLE = 10.0, 86.0  # widths in a legend (pixels), of a letter and of w
 
 
 def empty_figure(
-    rows: int = 1,
-    height: float = SIZE[1],
-    columns: int = 1,
-    grid: dict[str, Any] | None = None,
-    shared: bool = True,
+    rows: int = 1, height: float = SIZE[1], columns: int = 1, grid: dict[str, Any] | None = None, shared: bool = True
 ) -> tuple[Figure, Any]:
-    """Make a figure with axes below one another, on a canvas that needs no display.
-
-    The axes are a list, or where there are more columns a list of each row. Those of a column may share their abscissa.
-    """
+    """Make a figure with axes below one another, on a canvas that needs no display."""
+    # The axes are a list, or where there are more columns a list of each row. Those of a column may share their
+    # abscissa.
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(SIZE[0], height), layout="constrained", dpi=RESOLUTION)
         FigureCanvasAgg(figure)
@@ -77,6 +72,17 @@ def empty_figure(
         for axes in panels[-1]:
             axes.spines["bottom"].set_in_layout(False)
         return figure, panels.tolist() if columns > 1 else list(panels[:, 0])
+
+
+def figure_of(count: int, most: int, above: float, ratio: float = 1.0, least: float = 0.0) -> tuple[Figure, list[Axes]]:
+    """Make a figure of panels, as tall as a share of their width, or at least so tall, and room above (inches)."""
+    columns = min(most, count)
+    rows = -(-count // columns)
+    figure, panels = empty_figure(rows, above + max(SIZE[0] / columns * rows * ratio, least), columns, shared=False)
+    flat = [axes for row in panels for axes in row] if columns > 1 else list(panels)
+    for axes in flat[count:]:
+        axes.set_axis_off()
+    return figure, flat[:count]
 
 
 def new_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
@@ -149,15 +155,7 @@ def refuse_ending(path: Path) -> None:
 
 
 def save(figure: Figure, path: str | Path) -> Path:
-    """Write a figure; the file appears whole or not at all.
-
-    Raises
-    ------
-    ViewError
-        When the name has another ending, or Matplotlib cannot draw, as where its settings ask for a LaTeX that fails.
-    ResultError
-        When it cannot be written.
-    """
+    """Write a figure; the file appears whole or not at all."""
     refuse_ending(path := Path(path))
     try:
         _laid_out_and_written(figure, path)

@@ -10,12 +10,20 @@ from fenics_mech._arrays import Array, turned
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.rigid_places import between_ends, ends_in
-from fenics_mech.views.geometry import ends_of
-from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
-from fenics_mech.views.moments import Moments
-from fenics_mech.views.moving_points import load_arrows, mass_places, moving_guides, point_places, trails
+from fenics_mech.views.drawn_parts import (
+    BLOCK_CORNERS,
+    Moments,
+    ends_of,
+    load_arrows,
+    mass_places,
+    moving_guides,
+    pin_places,
+    point_places,
+    rigid_bars,
+    slider_angles,
+    trails,
+)
 from fenics_mech.views.reading import Peak, reading_of, reading_of_members
-from fenics_mech.views.symbols import BLOCK_CORNERS
 
 DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn
 ROUND = np.array([1, 2, 2.5, 5, 10])
@@ -23,61 +31,29 @@ ROUND = np.array([1, 2, 2.5, 5, 10])
 
 @dataclass(frozen=True)
 class Frames:
-    """The mechanism at some instants, its deflection magnified.
+    """The mechanism at some instants, its deflection magnified."""
 
-    Parameters
-    ----------
-    labels
-        Drive angle or time of each, in words.
-    rigid
-        Ends of the members at rest (m), ``(frames, members, 2, 2)``.
-    path
-        Deformed centre lines (m), ``(frames, members, stations, 2)``.
-    half_width
-        Half of the sections' sizes in the plane of motion (m), ``(members, stations)``.
-    sides
-        Stress or strain of the "+" and the "-" side in the unit of the answer, ``(frames, members, stations, 2)``.
-    pins
-        Deformed positions of the joints (m), ``(frames, joints, 2)``.
-    bars
-        Sides of the rigid links (m), ``(frames, sides, 2, 2)``.
-    sliders
-        Corners of the blocks in their guides about the pin, of half width and height 1, ``(frames, sliders, 4, 2)``.
-    slider_pins
-        Positions of these pins (m), ``(frames, sliders, 2)``.
-    guides
-        Guides on links that move (m), ``(frames, guides, 2, 2)``.
-    traced, masses
-        Positions of the points that the scene traces and of its point masses (m), ``(frames, points, 2)``.
-    mass_sizes
-        Square roots of the masses, over that of the largest, ``(masses,)``.
-    loads
-        Where loads act (m), and their forces over the largest of their kind, ``(frames, arrows, 2, 2)``.
-    trails
-        Paths of the joints that move, and then of the traced points, not magnified (m), ``(paths, instants, 2)``.
-    peak
-        Where the place is that a run names as that of the peak (m), ``(frames, 2)``.
-    peak_value
-        The stress or strain of that peak, with its sign; not a number where no link bends.
-    """
-
-    labels: tuple[str, ...]
-    rigid: Array
-    path: Array
-    half_width: Array
+    labels: tuple[str, ...]  # drive angle or time of each, in words
+    rigid: Array  # ends of the members at rest (m), ``(frames, members, 2, 2)``
+    path: Array  # deformed centre lines (m), ``(frames, members, stations, 2)``
+    half_width: Array  # half of the sections' sizes in the plane of motion (m), ``(members, stations)``
+    # stress or strain of the "+" and the "-" side in the unit of the answer, ``(frames, members, stations, 2)``
     sides: Array
-    pins: Array
-    bars: Array
+    pins: Array  # deformed positions of the joints (m), ``(frames, joints, 2)``
+    bars: Array  # sides of the rigid links (m), ``(frames, sides, 2, 2)``
+    # corners of the blocks in their guides about the pin, of half width and height 1, ``(frames, sliders, 4, 2)``
     sliders: Array
-    slider_pins: Array
-    guides: Array
+    slider_pins: Array  # positions of these pins (m), ``(frames, sliders, 2)``
+    guides: Array  # guides on links that move (m), ``(frames, guides, 2, 2)``
+    # traced, masses: positions of the points that the scene traces and of its point masses (m), ``(frames, points, 2)``
     traced: Array
     masses: Array
-    mass_sizes: Array
-    loads: Array
+    mass_sizes: Array  # square roots of the masses, over that of the largest, ``(masses,)``
+    loads: Array  # where loads act (m), and their forces over the largest of their kind, ``(frames, arrows, 2, 2)``
+    # paths of the joints that move, and then of the traced points, not magnified (m), ``(paths, instants, 2)``
     trails: Array
-    peak: Array
-    peak_value: float
+    peak: Array  # where the place is that a run names as that of the peak (m), ``(frames, 2)``
+    peak_value: float  # the stress or strain of that peak, with its sign; not a number where no link bends
 
 
 def frames_at(result: Result, at: Array, magnify: float, quantity: str = "stress") -> Frames:
@@ -85,6 +61,12 @@ def frames_at(result: Result, at: Array, magnify: float, quantity: str = "stress
     scene, shown = result.scene, Moments(result, at)
     motion = shown.motion
     ends, path = _lines(result, shown, magnify)
+    half, sides = np.zeros((0, 2)), np.zeros((*path.shape[:3], 2))
+    if scene.members():
+        rigidities = scene.rigidities(result.data["s"].to_numpy())
+        half = np.array([np.abs(np.diff(here.fibre, axis=-1)[:, 0]) / 2 for here in rigidities])
+        values = result.data[quantity].sel(fibre=["+", "-"]).transpose("theta", "member", "s", "fibre").to_numpy()
+        sides = shown.of(values) / reading_of(result).units.size(quantity)
     pins = pin_places(scene, motion, path)
     where, angle = slider_angles(scene, motion)
     most = peak_of(result, quantity)
@@ -93,8 +75,8 @@ def frames_at(result: Result, at: Array, magnify: float, quantity: str = "stress
         labels=shown.labels,
         rigid=ends,
         path=path,
-        half_width=_half_widths(result),
-        sides=_sides(result, shown, quantity) if scene.members() else np.zeros((*path.shape[:3], 2)),
+        half_width=half,
+        sides=sides,
         pins=pins,
         bars=rigid_bars(scene, motion, pins),
         sliders=turned(BLOCK_CORNERS, angle[..., None]),
@@ -110,12 +92,6 @@ def frames_at(result: Result, at: Array, magnify: float, quantity: str = "stress
     )
 
 
-def _sides(result: Result, shown: Moments, quantity: str) -> Array:
-    """Stress or strain of both sides, as `Frames` has them."""
-    values = result.data[quantity].sel(fibre=["+", "-"]).transpose("theta", "member", "s", "fibre").to_numpy()
-    return np.asarray(shown.of(values) / reading_of(result).units.size(quantity))
-
-
 def _lines(result: Result, shown: Moments, magnify: float) -> tuple[Array, Array]:
     """Ends of the members at rest, and their bent lines, as `Frames` has them."""
     data = result.data
@@ -124,16 +100,6 @@ def _lines(result: Result, shown: Moments, magnify: float) -> tuple[Array, Array
         return ends, np.zeros((len(ends), 0, 2, 2))
     bent = data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
     return ends, between_ends(ends, data["s"].to_numpy()) + magnify * shown.of(bent)
-
-
-def _half_widths(result: Result) -> Array:
-    """Half of the distance of the outer fibres (m), ``(members, stations)``."""
-    if not result.scene.members():
-        return np.zeros((0, 2))
-    found = [
-        np.abs(np.diff(here.fibre, axis=-1)[:, 0]) / 2 for here in result.scene.rigidities(result.data["s"].to_numpy())
-    ]
-    return np.array(found)
 
 
 def cycle(result: Result, count: int) -> Array:
@@ -161,24 +127,12 @@ def default_magnification(result: Result) -> float:
 
 @dataclass(frozen=True)
 class ShownPeak:
-    """The peak of a result, as a run names it.
+    """The peak of a result, as a run names it."""
 
-    Parameters
-    ----------
-    place
-        Its position, member, station and side.
-    value
-        Stress or strain there, in the unit of the answer.
-    limit
-        Round number for the ends of a colour bar, which no stress or strain of the motion exceeds.
-    words
-        Member, place, side and drive angle.
-    """
-
-    place: Peak
-    value: float
-    limit: float
-    words: str
+    place: Peak  # its position, member, station and side
+    value: float  # stress or strain there, in the unit of the answer
+    limit: float  # round number for the ends of a colour bar, which no stress or strain of the motion exceeds
+    words: str  # member, place, side and drive angle
 
 
 def peak_of(result: Result, quantity: str = "stress") -> ShownPeak | None:
@@ -187,7 +141,7 @@ def peak_of(result: Result, quantity: str = "stress") -> ShownPeak | None:
         return None
     reading = reading_of_members(result)
     curves = reading.stress if quantity == "stress" else reading.strain
-    values = [float(curves[peak.k, peak.i, peak.j, peak.f]) for peak in reading.peaks]
+    values = [float(curves[peak]) for peak in reading.peaks]
     i = int(np.abs(values).argmax())
     peak = reading.peaks[i]
     words = f"in {reading.members[i]}, {reading.place(peak)}, {reading.side(peak)}, at {reading.at(peak.k)}"

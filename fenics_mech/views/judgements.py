@@ -4,30 +4,35 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 
-from fenics_mech.accuracy.accepted_errors import ACCEPTED
-from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
-from fenics_mech.effects.known import GRAVITY
-from fenics_mech.errors import percent
-from fenics_mech.planning.answer_remarks import made_finer, unmet
+from fenics_mech.effects.known import EXACT_STRAINS, GRAVITY
+from fenics_mech.errors import SceneError, percent
+from fenics_mech.estimate.accepted_errors import ACCEPTED, VALIDITY
+from fenics_mech.estimate.error_sources import NUMERICAL
+from fenics_mech.estimate.missed_peaks import BETWEEN
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
+from fenics_mech.planning.answer_remarks import leaves_vibration, made_finer, unmet
+from fenics_mech.planning.discretisation import refuse_stated, refuse_unknown
 from fenics_mech.recovery.peaks import CYCLIC, PEAK, doubts
 from fenics_mech.recovery.result import Result, kept
+from fenics_mech.safety import buckled_sideways
+from fenics_mech.safety.load_cases import most_stressed
 from fenics_mech.scene.base import SCENE
+from fenics_mech.scene.joints import effort_units
 from fenics_mech.solve.stability_limits import STABILITY
-from fenics_mech.views.beyond_theory import and_beyond
-from fenics_mech.views.case_judgements import of_most_stressed, worst_of_cases
-from fenics_mech.views.judgement import Judgement, Level
-from fenics_mech.views.law_figures import law_efforts
-from fenics_mech.views.reading import ForceReading, Reading
-from fenics_mech.views.remedies import advice, remedy
-from fenics_mech.views.uncertain import beside_tolerance, too_uncertain
+from fenics_mech.views.motion_figures import law_efforts
+from fenics_mech.views.prefixes import prefixed
+from fenics_mech.views.reading import ForceReading, Reading, reading_of
 from fenics_mech.views.words import UNSEEN, error_share, sentence, share, short
 
+Level = Literal["bad", "warn", "good", "note"]
+MOST_NAMED = 3  # members that are named in a sentence
 LEVELS: tuple[Level, ...] = ("bad", "warn", "good", "note")
 ROUGH = "Estimates that large are rough: 0.3 to 3.4 of the truth."
 BENT = 0.05  # share of the deflection that linear strains may leave out: they leave out all shortening
@@ -48,79 +53,144 @@ WORDS = {
     "warn": "Use the numbers with care",
     "bad": "Do not use these numbers",
 }
+REMEDIES = {
+    "mesh": "more elements",
+    "time": "more sub_intervals",
+    "positions": "more sub_intervals",
+    "harmonics": "more harmonics",
+    "modes": "more modes",
+    "stations": "more stations",
+}
+SMALLER = "a smaller tolerance"
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """One reason why numbers may be used, or not."""
+
+    level: Level  # "good", "note" (not examined), "warn" (use with care) or "bad" (do not use)
+    title: str  # the reason in a few words, without a capital letter
+    text: str  # sentences with numbers, and with what to change
+    about: str = "theory"  # what is judged: "theory", "stability" or "error"
+
+
+def worst_of_cases(each: Mapping[str, Sequence[Judgement]], governing: str) -> list[Judgement]:
+    """Give of all that is judged what the worst load case has; of equal ones the governing case."""
+    each, found = {governing: each[governing], **each}, list["Judgement"]()
+    for about in dict.fromkeys(judged.about for every in each.values() for judged in every):
+        of_case = {name: [one for one in judged if one.about == about] for name, judged in each.items()}
+        rank = {name: min(LEVELS.index(one.level) for one in judged) for name, judged in of_case.items() if judged}
+        worst = min(rank, key=rank.__getitem__)
+        alike = len({tuple(judged) for judged in of_case.values()}) == 1
+        told = "" if alike else f"In case {worst}: "
+        found += [replace(one, text=f"{told}{one.text}") for one in of_case[worst]]
+    return sorted(found, key=lambda judged: LEVELS.index(judged.level))
+
+
+def and_beyond(known: Judgement, result: Result) -> list[Judgement]:
+    """Give reasons why numbers of a result are wrong that its theory does not know of, beside what it knows."""
+    # Where members buckle across the plane of motion, nothing is called good by the theory alone.
+    if not (found := buckled_sideways(result.scene, result.data)):
+        return [known]
+    units, said = prefixed(result, result.scene.answer_units), []
+    for one in found[:MOST_NAMED]:
+        loads = one.force, one.pinned, one.clamped
+        force, pinned, clamped = (f"{short(units.number(load, 'force'))} {units.label('force')}" for load in loads)
+        free, held = f"{clamped}, as one end is free", f"{pinned} with pinned ends and {clamped} with clamped ends"
+        ends = free if one.free else held
+        said.append(f"Member {one.member} is pressed by up to {force}: across the plane it buckles at {ends}.")
+    said += [f"So may {len(found) - MOST_NAMED} more."] if len(found) > MOST_NAMED else []
+    text = (
+        f"Nothing is computed across the plane of motion. {' '.join(said)} Take sections that are wider there, lower "
+        "loads, or guides that hold the members in the plane."
+    )
+    surely = [one.member for one in found if one.buckles]
+    names = ", ".join((surely or [one.member for one in found])[:MOST_NAMED])
+    title = f"sideways buckling of {names}{'' if surely else ' is possible'}"
+    beyond = replace(known, level="bad" if surely else "warn", title=title, text=text)
+    return [beyond] if known.level == "good" else [known, beyond]
+
+
+def beside_tolerance(result: Result) -> list[str]:
+    """Say of the quantities that a tolerance does not name how large their errors are, where these are larger."""
+    stated, data = result.scene.tolerances, result.data
+    errors = {
+        name: float(data.attrs[f"{ERROR_VARIABLES[what][1]}error_estimate"])
+        for what, name in quantities(result).items()
+        if what not in stated
+    }
+    most = max(stated.values(), default=1.0)
+    beyond = [f"{name} {error_share(value)}" for name, value in errors.items() if value > most]
+    return [f"The tolerance does not name what has larger errors: {', '.join(beyond)}."] if beyond else []
+
+
+def quantities(result: Result) -> dict[str, str]:
+    """Give the quantities of a result that have an error, and their names."""
+    data = result.data
+    names = {"strain": "strain", "deflection": "deflection"}
+    if data.sizes["joint"]:
+        names["joint_force"] = "joint force"
+    if moved := result.scene.moved_joints:
+        alone = effort_units(moved, result.scene.joints) == ["N m"]
+        names["torque"] = "effort" if not result.scene.drives else "input torque" if alone else "drive effort"
+    return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
+
+
+def too_uncertain(result: Result) -> dict[str, float]:
+    """Give the quantities beside the strain whose numerical error is too large, and that error."""
+    data, found = result.data, {}
+    numerical = [str(source) for source in data["source"].to_numpy() if source in (*NUMERICAL, BETWEEN)]
+    for what, name in quantities(result).items():
+        wrong = float(data[f"{ERROR_VARIABLES[what][1]}relative_error"].sel(source=numerical).sum())
+        if what != "strain" and wrong > ACCEPTED.of_strain:
+            found[name] = wrong
+    return found
 
 
 @kept
 def judgements(result: Result) -> tuple[Judgement, ...]:
-    """Judge a result by theory, stability and error, the worst first.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Judge a result by theory, stability and error, the worst first."""
     if result.cases:
-        return tuple(worst_of_cases({name: judgements(one) for name, one in result.cases.items()}, result.case, LEVELS))
+        return tuple(worst_of_cases({name: judgements(one) for name, one in result.cases.items()}, result.case))
     if not result.scene.members():
         return (_rigid(result),)
-    found = [*and_beyond(theory(result), result), stability(result), error(result)]
-    return tuple(sorted((j for j in found if j is not None), key=lambda j: LEVELS.index(j.level)))
+    found = filter(None, [*and_beyond(theory(result), result), stability(result), error(result)])
+    return tuple(sorted(found, key=lambda j: LEVELS.index(j.level)))
 
 
 def warnings_of(result: Result) -> list[str]:
-    """Give everything that a result warns of, in sentences: numbers of the scene, strengths, theory, errors.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give everything that a result warns of, in sentences: numbers of the scene, strengths, theory, errors."""
     bad = [judged for judged in judgements(result) if judged.level in ("warn", "bad")]
     return [*result.warnings, *(f"{judged.title}: {judged.text}" for judged in bad)]
 
 
 def unstated_gravity(result: Result, effect: str) -> bool:
-    """Whether an effect is gravity, and the scene of a result states none: its size of 0 is then no finding.
-
-    Parameters
-    ----------
-    result
-        The result.
-    effect
-        Name of the effect.
-    """
+    """Whether an effect is gravity, and the scene of a result states none: its size of 0 is then no finding."""
     return effect == GRAVITY and not any(result.scene.gravity)
 
 
 def verdict(judged: Sequence[Judgement]) -> tuple[Level, str]:
-    """Give the worst level of some judgements, and the sentence whether the numbers can be used.
-
-    Parameters
-    ----------
-    judged
-        The judgements, the worst first.
-    """
+    """Give the worst level of some judgements, and the sentence whether the numbers can be used."""
     level = judged[0].level if judged else "note"
     return level, f"{WORDS[level]}: {', '.join(j.title for j in judged if j.level in (level, 'good', 'note'))}."
 
 
 def headline(reading: ForceReading) -> tuple[str, str]:
-    """Give the peak stress, and where and when it occurs, with the peak without vibration where that is known.
-
-    Of links that do not bend it is the largest joint force.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Give the peak stress, and where and when it occurs, with the peak without vibration where that is known."""
+    # Of links that do not bend it is the largest joint force.
     if reading.result.cases:
-        return of_most_stressed(reading, headline)
+        case = most_stressed(reading.result)
+        value, rest = headline(reading_of(reading.result.cases[case], reading.units))
+        return value, f"in case {case}, {rest}"
     if not isinstance(reading, Reading):
-        return _largest_force(reading)
+        if not reading.joints:
+            return "Nothing is joined", "so that no joint has a force."
+        k, n = (int(i) for i in np.unravel_index(reading.force.argmax(), reading.force.shape))
+        value = f"Largest joint force {short(float(reading.force[k, n]))} {reading.units.label('force')}"
+        return value, f"in {reading.joints[n]}, at {reading.at(k)}.{_between_positions(reading)}"
     peak = reading.peaks[reading.ranked[0]]
     unit = reading.units.label("stress")
-    value = f"Peak stress {short(abs(reading.stress[peak.k, peak.i, peak.j, peak.f]))} {unit}"
+    value = f"Peak stress {short(abs(reading.stress[peak]))} {unit}"
     where = f"in {reading.members[peak.i]}, {reading.place(peak)}"
     when = f", at {reading.at(peak.k)}" if len(reading.theta) > 1 else ""
     rest = "" if reading.still is None else f" ({short(reading.still)} {unit} without vibration)"
@@ -135,15 +205,6 @@ def _between_positions(reading: ForceReading) -> str:
     most = {one.unit: one for one in sorted(efforts, key=lambda one: one.largest)}  # of forces, and of moments
     told = [f"{one.law} at joint {one.joint} exerts up to {short(one.largest)} {one.unit}" for one in most.values()]
     return f" Between the positions {' and '.join(reversed(told))}."
-
-
-def _largest_force(reading: ForceReading) -> tuple[str, str]:
-    """Give the largest joint force, and where and when it acts."""
-    if not reading.joints:
-        return "Nothing is joined", "so that no joint has a force."
-    k, n = (int(i) for i in np.unravel_index(reading.force.argmax(), reading.force.shape))
-    value = f"Largest joint force {short(float(reading.force[k, n]))} {reading.units.label('force')}"
-    return value, f"in {reading.joints[n]}, at {reading.at(k)}.{_between_positions(reading)}"
 
 
 def _rigid(result: Result) -> Judgement:
@@ -175,79 +236,57 @@ def _rigid(result: Result) -> Judgement:
 
 
 def acting(result: Result) -> list[Effect]:
-    """Effects that act in a result, as far as the program knows them.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Effects that act in a result, as far as the program knows them."""
     decided = json.loads(result.data.attrs["effects"])
     return [EFFECTS[e["name"]] for e in decided if e["acts"] and e["name"] in EFFECTS]
 
 
-@dataclass(frozen=True)
-class TheorySizes:
-    """By what it is judged whether the theory of a result holds.
-
-    Parameters
-    ----------
-    euler, bow, turn
-        Largest axial force over the buckling load, bow over the length, and rotation of an axis (rad), of any member.
-    nonlinear, carried
-        Whether strains are exact, and whether axial forces act on the bending.
-    left_out
-        Shares of the strain and of the deflection that linear theory leaves out; None where they are not known.
-    """
-
-    euler: float
-    bow: float
-    turn: float
-    nonlinear: bool
-    carried: bool
-    left_out: tuple[float, float] | None = None
-
-    @property
-    def level(self) -> Level:
-        """Whether the theory holds: "good", "warn" (use with care) or "bad"."""
-        if self.nonlinear:
-            return "good" if self.turn <= VALIDITY.rotation else "bad"
-        if self.left_out is not None:
-            strain, bent = self.left_out
-            if strain <= SCENE.neglected and bent <= BENT:
-                return "good"
-            return "warn" if max(strain, bent) <= SERIOUS and np.isfinite(strain) else "bad"
-        pressed = 0.0 if self.carried else self.euler
-        if self.bow > VALIDITY.bow or pressed > SERIOUS:
-            return "bad"
-        return "warn" if pressed > VALIDITY.euler_ratio else "good"
+def level_of_theory(
+    sizes: tuple[float, float, float], effects: Sequence[Effect], left_out: Sequence[float] | None
+) -> Level:
+    """Judge whether the theory of some effects holds: "good", "warn" (use with care) or "bad"."""
+    # sizes: largest axial force over the buckling load, bow over the length, and rotation of an axis (rad), of any
+    # member; left_out: shares of the strain and of the deflection that linear theory leaves out, None if unknown
+    euler, bow, turn = sizes
+    if any(effect.nonlinear for effect in effects):  # strains are exact
+        return "good" if turn <= VALIDITY.rotation else "bad"
+    if left_out is not None:
+        strain, bent = left_out
+        if strain <= SCENE.neglected and bent <= BENT:
+            return "good"
+        return "warn" if max(strain, bent) <= SERIOUS and np.isfinite(strain) else "bad"
+    pressed = 0.0 if any(effect.stress_stiffening for effect in effects) else euler
+    if bow > VALIDITY.bow or pressed > SERIOUS:
+        return "bad"
+    return "warn" if pressed > VALIDITY.euler_ratio else "good"
 
 
 def theory(result: Result) -> Judgement:
-    """Judge whether deflections and axial forces are small enough for the theory that was used.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Judge whether deflections and axial forces are small enough for the theory that was used."""
     members = [str(member) for member in result.data["member"].to_numpy()]
     euler, bow, turn = (result.data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation"))
-    effects, left = acting(result), left_out(result)
-    nonlinear, carried = (
-        any(getattr(effect, kind) for effect in effects) for kind in ("nonlinear", "stress_stiffening")
-    )
-    level = TheorySizes(euler.max(), bow.max(), turn.max(), nonlinear, carried, left).level
+    effects, left = acting(result), None
+    if "source" in result.data and "theory" in result.data["source"]:
+        names = "relative_error", "deflection_relative_error"
+        left = tuple(float(result.data[name].sel(source="theory")) for name in names)
+    level = level_of_theory((euler.max(), bow.max(), turn.max()), effects, left)
     worst = f"the axial force in {members[euler.argmax()]} reaches {percent(euler.max(), 3)} of its buckling load"
     bent = f"{members[bow.argmax()]} bows by up to {percent(bow.max(), 3)} of its length"
-    if nonlinear:
+    if any(effect.nonlinear for effect in effects):
         turned = f"the axis of {members[turn.argmax()]} turns by up to {turn.max():.3g} rad"
         limit = f"the theory of large rotations holds to {VALIDITY.rotation} rad"
         if level == "good":
             return Judgement(level, "inside the theory", f"{sentence(turned)}; {limit}. {sentence(worst)}.")
         return Judgement(level, "outside the theory", f"{sentence(turned)}, and {limit}: the strains are wrong.")
     if left is not None:
-        return _linear_theory(level, left, f"{sentence(worst)}; {bent}.", advice(result))
+        why = f"{sentence(worst)}; {bent}." + ("" if level == "good" else f" {advice(result)}")
+        if not np.isfinite(left[0]):
+            return Judgement(level, "outside the linear theory", f"Exact strains find no stable answer near it. {why}")
+        strain, deflection = map(error_share, left)
+        said = f"Linear theory leaves out {strain} of the strain and {deflection} of the deflection."
+        titles = {"good": "inside the theory", "warn": f"linear theory leaves out {share(max(left))}"}
+        rough = f" {ROUGH}" if level == "bad" else ""
+        return Judgement(level, titles.get(level, "outside the linear theory"), f"{said}{rough} {why}")
     limits = f"{percent(VALIDITY.euler_ratio)} of a buckling load and {percent(VALIDITY.bow)} of a length"
     if level == "good":
         return Judgement(level, "inside the theory", f"{sentence(worst)}; {bent}. Linear theory holds to {limits}.")
@@ -258,45 +297,8 @@ def theory(result: Result) -> Judgement:
     return Judgement(level, "at the edge of the linear theory", f"{off} {sentence(worst)}. {advice(result)}")
 
 
-def left_out(result: Result) -> tuple[float, float] | None:
-    """Give the shares of strain and deflection that linear theory leaves out; None where they are not known.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
-    if "source" not in result.data or "theory" not in result.data["source"]:
-        return None
-    strain, bent = (
-        float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
-    )
-    return strain, bent
-
-
-def _linear_theory(level: Level, left: tuple[float, float], why: str, cure: str) -> Judgement:
-    """Judge linear theory by the estimate of what it leaves out."""
-    strain, bent = left
-    if not np.isfinite(strain):
-        return Judgement(
-            level, "outside the linear theory", f"Exact strains find no stable answer near it. {why} {cure}"
-        )
-    said = f"Linear theory leaves out {error_share(strain)} of the strain and {error_share(bent)} of the deflection."
-    if level == "good":
-        return Judgement(level, "inside the theory", f"{said} {why}")
-    if level == "warn":
-        return Judgement(level, f"linear theory leaves out {share(max(strain, bent))}", f"{said} {why} {cure}")
-    return Judgement(level, "outside the linear theory", f"{said} {ROUGH} {why} {cure}")
-
-
 def stability(result: Result) -> Judgement | None:
-    """Judge whether small disturbances of a periodic motion die out; None for other results.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Judge whether small disturbances of a periodic motion die out; None for other results."""
     data = result.data
     if result.scene.analysis.method != "periodic":
         return None
@@ -326,13 +328,7 @@ def stability(result: Result) -> Judgement | None:
 
 
 def error(result: Result) -> Judgement:
-    """Judge the estimated error of the strains.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Judge the estimated error of the strains."""
     data = result.data
     if "error_estimate" not in data.attrs:
         text = "Nothing tells whether mesh, steps and theory suffice, as analysis.error_estimates = false."
@@ -363,13 +359,7 @@ def error(result: Result) -> Judgement:
 
 
 def doubtful_peaks(result: Result) -> str | None:
-    """Say by how much peaks are uncertain where they lie between few positions; None where they are not.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Say by how much peaks are uncertain where they lie between few positions; None where they are not."""
     by_strain, by_force = doubts(result).values()
     if max(by_strain, by_force) < PEAK.doubtful:
         return None
@@ -379,3 +369,49 @@ def doubtful_peaks(result: Result) -> str | None:
         f"the member's largest strain and {by_force:.1%} of the largest joint force. "
         f"Take {'a smaller tolerance' if by_tolerance else 'more sub_intervals'}."
     )
+
+
+def _decided(result: Result) -> list[dict[str, Any]]:
+    """What was decided about every effect."""
+    found: list[dict[str, Any]] = json.loads(result.data.attrs["effects"])
+    return found
+
+
+def advice(result: Result) -> str:
+    """Say what takes along what linear theory leaves out."""
+    if any(one["size"] is not None for one in _decided(result)):  # the program chose effects
+        return f"Write effects = {_with(result, EXACT_STRAINS)} to take it along."
+    return "Write effects = 'auto' to take what is needed."
+
+
+def remedy(result: Result, source: str) -> str:
+    """Say what lowers an error by its largest source; of the theory `advice` says it."""
+    if source == "effects":
+        if leaves_vibration(_decided(result)):
+            return ", which analysis.method = 'periodic' lowers"
+        left = [one for one in _decided(result) if not one["acts"]]
+        if lacking := max((e for e in left if e["lacking"]), key=lambda e: e["size"] or 0.0, default=None):
+            return f", as {lacking['name']} lacks data. {lacking['lacking']}"
+        try:  # whether a tolerance can be stated for the scene
+            refuse_stated(result.scene)
+            refuse_unknown(result.scene)
+        except SceneError:
+            largest = max(left, key=lambda one: one["size"] or 0.0)["name"]
+            return f", which effects = {_with(result, largest)} lowers"
+        stated = result.scene.tolerances
+        return f", which {SMALLER if stated else f'a tolerance below {percent(result.scene.neglected)}'} lowers"
+    if source not in REMEDIES:
+        return ""
+    cure = REMEDIES[source]
+    if "chosen" in result.data.attrs:
+        cure = SMALLER
+    elif source == "time" and result.scene.analysis.method == "transient":
+        cure = "a smaller analysis.time_tolerance"
+    return f", which {cure} lowers"
+
+
+def _with(result: Result, name: str) -> str:
+    """List the effects of a result that a scene names, and one more, without that which it holds."""
+    acting = [one["name"] for one in _decided(result) if one["acts"] and one["name"] in EFFECTS]
+    named = [one for one in acting if not EFFECTS[one].stated_by and one != EFFECTS[name].replaces]
+    return str([*named, name])

@@ -13,11 +13,10 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.safety.critical_speeds import CriticalSpeed, critical_speeds, speeds_to_avoid
 from fenics_mech.safety.load_cases import ENVELOPE, envelope
-from fenics_mech.views.critical_words import frequency_ranges
-from fenics_mech.views.force_summary import degrees_of, peak_of, values_of
+from fenics_mech.views.details import degrees_of, peak_of, values_of
 from fenics_mech.views.judgements import acting, judgements, verdict
 from fenics_mech.views.prefixes import prefixed
-from fenics_mech.views.safety_words import safety_figures
+from fenics_mech.views.safety_words import frequency_ranges, safety_figures
 from fenics_mech.views.space.summary import spatial_key_figures
 
 ESTIMATES = ("error_estimate", "deflection_error_estimate", "joint_force_error_estimate", "drive_effort_error_estimate")
@@ -25,24 +24,7 @@ FIGURES = ("solver", "elements", "dofs", "mobility", "power_balance_error", "ene
 
 
 def key_figures(result: Result | SpatialResult) -> dict[str, Any]:
-    """Give the numbers of a summary by name, in SI, with angles in degrees.
-
-    Parameters
-    ----------
-    result
-        The result.
-
-    Returns
-    -------
-    dict
-        Numbers, texts, lists and dictionaries only, so that `json.dumps` writes it. Not a number is None.
-
-    Examples
-    --------
-    >>> from fenics_mech.views.key_figures import key_figures
-    >>> sorted(key_figures(fm.Result.load("out/result.nc"))["members"])
-    ['coupler', 'crank', 'follower']
-    """
+    """Give the numbers of a summary by name, in SI, with angles in degrees."""
     if isinstance(result, SpatialResult):
         return spatial_key_figures(result)
     data, scene = result.data, result.scene
@@ -56,26 +38,23 @@ def key_figures(result: Result | SpatialResult) -> dict[str, Any]:
         "joints": _joints(closer),
     }
     judged = judgements(result)
-    level, sentence = verdict(judged)
-    found["verdict"] = {"level": level, "sentence": sentence}
+    found["verdict"] = dict(zip(("level", "sentence"), verdict(judged)))
     found["judgements"] = [{"level": one.level, "title": one.title, "text": one.text} for one in judged]
     if "refined" in data.attrs:
         found["refined"] = json.loads(data.attrs["refined"])
     if scene.members():
-        found["members"] = _members(closer)
+        found["members"] = _members(closer, result)
         found["safety"] = safety_figures(result, prefixed(result, scene.answer_units))
-        for member, swing in _ranges(result).items():
-            found["members"][member]["stress_range"] = swing
     for name in ("input_torque", "shaking_force", "shaking_moment"):
         if name in closer.data:
-            found[name] = _largest(closer, _size(closer, name))
+            curve = closer.data[name].transpose("theta", ...).to_numpy()
+            found[name] = _largest(closer, np.linalg.norm(curve, axis=-1) if curve.ndim > 1 else curve)
     if ranges := frequency_ranges(result):
         found["frequencies"] = [
             {"mode": mode, "lowest": low, "highest": high} for mode, (low, high) in enumerate(ranges, 1)
         ]
     if "critical_speed" in data:
-        near = speeds_to_avoid(result)
-        found["speeds_to_avoid"] = [_critical(one) for one in near]
+        found["speeds_to_avoid"] = [_critical(one) for one in speeds_to_avoid(result)]
         found["critical_speeds"] = [_critical(one) for one in critical_speeds(result) if one.band]
     if result.cases:
         found |= _cases(result)
@@ -122,8 +101,8 @@ def _critical(one: CriticalSpeed) -> dict[str, Any]:
     }
 
 
-def _members(result: Result) -> dict[str, Any]:
-    """Peaks of strain, stress and deflection of each member, with angle, place and side."""
+def _members(result: Result, at_positions: Result) -> dict[str, Any]:
+    """Peaks of strain, stress and deflection of each member with angle, place, side, and its stress range."""
     s, fibres = result.data["s"].to_numpy(), result.data["fibre"].to_numpy()
     found: dict[str, Any] = {}
     bent = np.linalg.norm(values_of(result, "deflection", "member", "theta", "s", "component"), axis=-1)[..., None]
@@ -135,33 +114,17 @@ def _members(result: Result) -> dict[str, Any]:
             peaks[name] = {"value": float(curve[k, j, f]), "angle": float(degrees_of(result)[k]), "s": float(s[j])}
             if name != "deflection":
                 peaks[name]["fibre"] = str(fibres[f])
+        if "stress_range" in at_positions.data:
+            sizes = values_of(at_positions, "stress_range", "member", "s", "fibre")[i]
+            j, f = peak_of(sizes)
+            peaks["stress_range"] = {"value": float(sizes[j, f]), "s": float(s[j]), "fibre": str(fibres[f])}
         found[str(member)] = peaks
-    return found
-
-
-def _ranges(result: Result) -> dict[str, Any]:
-    """Largest stress range of a cycle of each member, with its place and side; none where there is no cycle."""
-    if "stress_range" not in result.data:
-        return {}
-    s, fibres = result.data["s"].to_numpy(), result.data["fibre"].to_numpy()
-    found = {}
-    for member, sizes in zip(
-        result.data["member"].to_numpy(), values_of(result, "stress_range", "member", "s", "fibre")
-    ):
-        j, f = np.unravel_index(sizes.argmax(), sizes.shape)
-        found[str(member)] = {"value": float(sizes[j, f]), "s": float(s[j]), "fibre": str(fibres[f])}
     return found
 
 
 def _joints(result: Result) -> dict[str, Any]:
     forces = np.linalg.norm(values_of(result, "joint_force", "joint", "theta", "component"), axis=-1)
     return {str(joint): _largest(result, curve) for joint, curve in zip(result.data["joint"].to_numpy(), forces)}
-
-
-def _size(result: Result, name: str) -> Array:
-    """Curve of a number, or of the size of a vector, ``(angles,)``."""
-    curve = result.data[name].transpose("theta", ...).to_numpy()
-    return np.linalg.norm(curve, axis=-1) if curve.ndim > 1 else curve
 
 
 def _largest(result: Result, curve: Array) -> dict[str, float]:

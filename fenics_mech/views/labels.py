@@ -1,4 +1,4 @@
-"""Names in a drawing, each beside its place where it covers least."""
+"""Names in a drawing that do not cover one another."""
 
 from __future__ import annotations
 
@@ -18,15 +18,9 @@ DIRECTIONS = np.stack([np.cos(turn := np.arange(16) * np.pi / 8 + np.pi / 4), np
 
 
 class Labels:
-    """Names that do not cover one another, nor the lines of the drawing.
+    """Names that do not cover one another, nor the lines of the drawing."""
 
-    Parameters
-    ----------
-    axes
-        Axes with their final limits.
-    lines
-        Lines of the drawing in the units of the axes, ``(lines, 2, 2)``.
-    """
+    # lines: lines of the drawing in the units of the axes, ``(lines, 2, 2)``
 
     def __init__(self, axes: Axes, lines: Array) -> None:
         self.axes = axes
@@ -43,19 +37,8 @@ class Labels:
         return np.asarray(np.linspace(line[0], line[1], count))
 
     def add(self, text: str, places: Array, distance: float, look: dict[str, Any]) -> None:
-        """Write a name beside the place where it covers least.
-
-        Parameters
-        ----------
-        text
-            The name.
-        places
-            Where it may stand, the best first, ``(places, 2)``.
-        distance
-            From there to the nearest edge of the text (points).
-        look
-            Of the text, with its "fontsize" (points).
-        """
+        """Write a name beside the place where it covers least."""
+        # places: where it may stand, the best first, ``(places, 2)``
         half = np.array([WIDE * len(text), TALL]) * look["fontsize"] * self.point / 2
         reach = half / np.maximum(np.abs(DIRECTIONS), 1e-9)
         nearest = reach.min(axis=1, keepdims=True)

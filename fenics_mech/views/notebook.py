@@ -10,7 +10,7 @@ from rich.text import Text
 
 from fenics_mech._console import html_of
 from fenics_mech.errors import MechanismError, ViewError
-from fenics_mech.kinematics import reachable_range
+from fenics_mech.machine.reach import reachable_range
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.scene import Scene
@@ -26,21 +26,8 @@ AnyScene = Scene | SpatialScene
 
 
 def html(shown: AnyScene | Result | SpatialResult) -> str:
-    """Write a scene or a result as HTML.
-
-    A scene that cannot be assembled, and a result of which parts are missing, are shown by name and reason.
-
-    Parameters
-    ----------
-    shown
-        The scene, or the result.
-
-    Examples
-    --------
-    >>> from fenics_mech.views.notebook import html
-    >>> html(fm.load("demos/four_bar.toml")).startswith("<pre")
-    True
-    """
+    """Write a scene or a result as HTML."""
+    # A scene that cannot be assembled, and a result of which parts are missing, are shown by name and reason.
     try:
         if isinstance(shown, Scene):
             return html_of(scene_overview(shown, reachable_range(shown)))
@@ -52,18 +39,10 @@ def html(shown: AnyScene | Result | SpatialResult) -> str:
 
 @dataclass(frozen=True)
 class InFrame:
-    """A page that a notebook shows in a frame, where it can do nothing but run its own script and save its curves.
+    """A page that a notebook shows in a frame, where it can do nothing but run its own script and save its curves."""
 
-    Parameters
-    ----------
-    page
-        The page's HTML.
-    height
-        Height of the frame (pixels).
-    """
-
-    page: str
-    height: int
+    page: str  # the page's HTML
+    height: int  # height of the frame (pixels)
 
     def _repr_html_(self) -> str:
         """HTML of the frame, which notebooks ask for by this name."""

@@ -14,10 +14,11 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import MILLI
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
-from fenics_mech.kinematics import Motion, solve_motion, start_motion
+from fenics_mech.kinematics import Motion
+from fenics_mech.machine.linkage import solve_motion, start_motion
 from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.scene import Clearance, CustomSection, Friction, Scene, TaperSection, VariableSection
-from fenics_mech.views.joint_drawings import pin_places
+from fenics_mech.views.drawn_parts import pin_places
 
 INSTALL = "a .dxf needs the library ezdxf, which is not installed: pip install 'fenics_mech[sketches]'"
 PINS = "pins"  # layer beside those of the links
@@ -38,24 +39,12 @@ VERSION = "R2010"  # which all programs of draughtsmen of the last years read
 
 @dataclass(frozen=True)
 class Outline:
-    """A line of the drawing.
+    """A line of the drawing."""
 
-    Parameters
-    ----------
-    link
-        The link.
-    places
-        Its corners (mm), ``(corners, 2)``.
-    closed
-        Whether it returns to its first corner.
-    is_axis
-        Whether it is the axis of a member whose outline is drawn too.
-    """
-
-    link: str
-    places: Array
-    closed: bool = False
-    is_axis: bool = False
+    link: str  # the link
+    places: Array  # its corners (mm), ``(corners, 2)``
+    closed: bool = False  # whether it returns to its first corner
+    is_axis: bool = False  # whether it is the axis of a member whose outline is drawn too
 
 
 @dataclass(frozen=True)
@@ -104,31 +93,16 @@ def write_outlines(scene: Scene, path: str | Path, angle: float | None = None) -
     path = Path(path)
     if path.suffix.lower() != ".dxf":
         raise ViewError(f"{path}: outlines are written as .dxf, not as {path.suffix!r}")
-    motion = _motion(scene, angle)
+    if angle is not None and not scene.drives:
+        raise ViewError("nothing is driven, so that the outlines have no drive angle: leave the angle out")
+    motion = start_motion(scene) if angle is None else solve_motion(scene, np.array([angle]))
     document = _document(list(outlines(scene, motion)), pins(scene, motion), layer_names(scene))
     write_whole(path, document.saveas)
     return path
 
 
-def _motion(scene: Scene, angle: float | None) -> Motion:
-    """Give the links at an angle, or at the start."""
-    if angle is None:
-        return start_motion(scene)
-    if not scene.drives:
-        raise ViewError("nothing is driven, so that the outlines have no drive angle: leave the angle out")
-    return solve_motion(scene, np.array([angle]))
-
-
 def outlines(scene: Scene, motion: Motion) -> Iterator[Outline]:
-    """Give the lines of the links.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    motion
-        Its motion, of which the first position is drawn.
-    """
+    """Give the lines of the links."""
     for (label, (link, member)), ends in zip(scene.members().items(), ends_in(scene, motion)[0]):
         shaped = _has_a_shape(scene, member.section)
         yield Outline(link, MILLI * ends, is_axis=shaped)
@@ -138,11 +112,9 @@ def outlines(scene: Scene, motion: Motion) -> Iterator[Outline]:
         here = scene.rigidity(label, s)
         along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
         normal = np.array([-along[1], along[0]])
-        sides = [
-            ends[0] + s[:, None] * (ends[1] - ends[0]) + (here.neutral + here.fibre[:, side])[:, None] * normal
-            for side in (0, 1)
-        ]
-        yield Outline(link, MILLI * np.concatenate([sides[0], sides[1][::-1]]), closed=True)
+        line, away = ends[0] + s[:, None] * (ends[1] - ends[0]), here.neutral + here.fibre.T
+        first, second = (line + side[:, None] * normal for side in away)
+        yield Outline(link, MILLI * np.concatenate([first, second[::-1]]), closed=True)
     for link, body in scene.links.items():
         if body.rigid is not None and len(body.points) > 1:
             corners = np.array([motion.of_point(link, place)[0][0] for place in body.points.values()])
@@ -158,15 +130,7 @@ def _has_a_shape(scene: Scene, name: str) -> bool:
 
 
 def pins(scene: Scene, motion: Motion) -> list[Pin]:
-    """Give the pins.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    motion
-        Its motion, of which the first position is drawn.
-    """
+    """Give the pins."""
     places = pin_places(scene, motion, ends_in(scene, motion))[0]
     size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
     stated = {}
@@ -179,13 +143,7 @@ def pins(scene: Scene, motion: Motion) -> list[Pin]:
 
 
 def layer_names(scene: Scene) -> dict[str, str]:
-    """Name a layer for each link: as the link, with a number where another differs by the case of letters alone.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    """
+    """Name a layer for each link: as the link, with a number where another differs by the case of letters alone."""
     found: dict[str, str] = {}
     taken = {PINS, "defpoints"}  # which programs of draughtsmen do not print
     for link in scene.links:
@@ -196,13 +154,7 @@ def layer_names(scene: Scene) -> dict[str, str]:
 
 
 def _document(lines: list[Outline], circles: list[Pin], layers: dict[str, str]) -> Any:
-    """Make the drawing in ezdxf.
-
-    Raises
-    ------
-    ViewError
-        When ezdxf is not installed.
-    """
+    """Make the drawing in ezdxf."""
     try:
         import ezdxf  # noqa: PLC0415  (an extra that few need)
         from ezdxf.units import MM  # noqa: PLC0415

@@ -37,13 +37,7 @@ def write_pictures(path: Path, pictures: Pictures, fps: int) -> Path:
 
 
 def check_ending(path: Path) -> str:
-    """Give the ending of an animation's file in small letters.
-
-    Raises
-    ------
-    ViewError
-        When no animation is written with this ending.
-    """
+    """Give the ending of an animation's file in small letters."""
     ending = path.suffix.lower()
     if ending not in WRITERS:
         raise ViewError(f"{path}: an animation's file must end in one of {', '.join(WRITERS)}, not in {path.suffix!r}")
@@ -62,10 +56,6 @@ def check_options(magnify: float | None, frames: int, fps: int, size: tuple[int,
     for name, value in (("frames", frames), ("fps", fps), ("width", size[0]), ("height", size[1])):
         if value < 1:
             raise ViewError(f"{name} must be at least 1, found {value}")
-
-
-def _write_png(path: Path, pictures: Pictures, fps: int) -> None:
-    Image.fromarray(next(pictures)).save(path)
 
 
 def _write_gif(path: Path, pictures: Pictures, fps: int) -> None:
@@ -113,5 +103,5 @@ def _write_mp4(path: Path, pictures: Pictures, fps: int) -> None:
 WRITERS: dict[str, Callable[[Path, Pictures, int], None]] = {
     ".gif": _write_gif,
     ".mp4": _write_mp4,
-    ".png": _write_png,
+    ".png": lambda path, pictures, fps: Image.fromarray(next(pictures)).save(path),
 }

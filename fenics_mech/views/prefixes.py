@@ -1,4 +1,4 @@
-"""Units whose prefixes fit the numbers of a result, so that no number needs an exponent."""
+"""Units whose prefixes fit the numbers of a result, and what is nothing but rounding beside its forces."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from fenics_mech._constants import ROUNDING
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene.answer_units import USUAL, AnswerUnits
 from fenics_mech.scene.joints import effort_units
-from fenics_mech.views.nothing import largest_force
 
+ROUNDED_POWER = 1e-13  # the same of powers, whose means are small parts of what passes: 3e-5 of one was 1e-9 of it
+FORCES = "joint_force", "axial_force", "shear_force"
 PREFIXED = {  # by the usual unit: those beside it, with their size in SI
     "N": (("mN", 1e-3), ("N", 1.0), ("kN", 1e3), ("MN", 1e6)),
     "N m": (("mN m", 1e-3), ("N m", 1.0), ("kN m", 1e3), ("MN m", 1e6)),
@@ -20,29 +22,41 @@ LEAST, MOST = 0.1, 1e4  # in the usual unit, between which it stays
 NOTHING = 1e-9  # of the largest force with an arm of 1 m: smaller moments and forces are rounding
 
 
-def prefixed(result: Result, units: AnswerUnits) -> AnswerUnits:
-    """Give units whose prefixes fit the largest numbers of a result: 38 kN, not 38200 N. Units that are stated stay.
+@kept
+def largest_force(result: Result) -> float:
+    """Give the largest force in joints and members (N): a balanced rotor has none in its joint."""
+    data = result.data
+    return max((float(np.abs(data[name]).max()) for name in FORCES if name in data and data[name].size), default=0.0)
 
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        The units without that.
-    """
+
+def least_moment(result: Result) -> float:
+    """Give the torque (N m), or the force along a slide (N), below which one is rounding: by that force and a link."""
+    return ROUNDING * largest_force(result) * _size(result)
+
+
+def least_power(result: Result) -> float:
+    """Give the power (W) below which one is rounding: that of the largest force at the fastest link."""
+    rates = result.data["link_omega"].to_numpy() if "link_omega" in result.data else np.zeros(1)
+    return ROUNDED_POWER / ROUNDING * least_moment(result) * float(np.abs(rates).max(initial=0.0))
+
+
+def _size(result: Result) -> float:
+    """Size of the largest link at a joint (m)."""
+    return max((result.scene.size_at(joint) for joint in result.scene.joints), default=0.0)
+
+
+def prefixed(result: Result, units: AnswerUnits) -> AnswerUnits:
+    """Give units whose prefixes fit the largest numbers of a result: 38 kN, not 38200 N. Units that are stated stay."""
     return fitted(_largest(result), units)
 
 
-def fitted(of_kinds: Mapping[str, float], units: AnswerUnits) -> AnswerUnits:
-    """Give units whose prefixes fit numbers; those that are stated stay.
+def labelled(units: AnswerUnits, kind: str, name: str = "") -> str:
+    """Name what an axis or a column shows, with its unit."""
+    return f"{name or kind} ({units.label(kind)})"
 
-    Parameters
-    ----------
-    of_kinds
-        The largest of each kind of unit, in SI.
-    units
-        The units without that.
-    """
+
+def fitted(of_kinds: Mapping[str, float], units: AnswerUnits) -> AnswerUnits:
+    """Give units whose prefixes fit numbers; those that are stated stay."""
     known = dict(units.known)
     for kind, largest in of_kinds.items():
         if kind not in USUAL or USUAL[kind][0] not in PREFIXED:
@@ -74,15 +88,8 @@ def _largest(result: Result) -> dict[str, float]:
 
 
 def without_rounding(of_kinds: Mapping[str, float], force: float) -> dict[str, float]:
-    """Give the largest of each kind of unit, with 0 for forces and moments that are rounding or not finite.
-
-    Parameters
-    ----------
-    of_kinds
-        The largest of each kind of unit, in SI.
-    force
-        Largest force beside which they are rounding (N).
-    """
+    """Give the largest of each kind of unit, with 0 for forces and moments that are rounding or not finite."""
+    # force: largest force beside which they are rounding (N)
     return {
         kind: largest if np.isfinite(largest) and (kind == "stress" or largest >= NOTHING * force) else 0.0
         for kind, largest in of_kinds.items()

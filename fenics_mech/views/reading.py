@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,8 +18,7 @@ from fenics_mech.recovery.peaks import between_positions, smoothed
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
-from fenics_mech.views.nothing import least_moment
-from fenics_mech.views.prefixes import prefixed
+from fenics_mech.views.prefixes import least_moment, prefixed
 from fenics_mech.views.words import MINUS, in_degrees, short
 
 SECTION_FORCES = {  # what each is, and its kind of unit
@@ -30,43 +29,17 @@ SECTION_FORCES = {  # what each is, and its kind of unit
 NEEDED = ("strain", "stress", "deflection", "joint_force", "position", "link_position", "link_angle")
 
 
-@dataclass(frozen=True)
-class Peak:
-    """Where a quantity of a member is largest.
+class Peak(NamedTuple):
+    """Where a quantity of a member is largest: the index of the value in its curves."""
 
-    Parameters
-    ----------
-    k
-        Number of the position.
-    i
-        Number of the member.
-    j
-        Number of the station.
-    f
-        Number of the fibre; 0 where the quantity has none.
-    """
-
-    k: int
-    i: int
-    j: int
-    f: int = 0
+    k: int  # number of the position
+    i: int  # number of the member
+    j: int  # number of the station
+    f: int = 0  # number of the fibre; 0 where the quantity has none
 
 
 class ForceReading:
-    """Forces of a result in the units of people, of links that bend or that do not, and its positions in words.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Other units.
-
-    Raises
-    ------
-    ResultError
-        When it lacks what is read.
-    """
+    """Forces of a result in the units of people, of links that bend or that do not, and its positions in words."""
 
     arm = 1.0  # m, by which the largest joint force becomes a moment: torques far below it are rounding
 
@@ -78,15 +51,7 @@ class ForceReading:
         self.theta, self.in_time = self.data["theta"].to_numpy(), self.scene.analysis.method == "transient"
 
     def of(self, name: str, *dimensions: str) -> Array:
-        """Give a variable as an array over theta and other dimensions.
-
-        Parameters
-        ----------
-        name
-            Its name.
-        dimensions
-            Its dimensions behind theta.
-        """
+        """Give a variable as an array over theta and other dimensions."""
         return self.data[name].transpose("theta", *dimensions).to_numpy()
 
     @cached_property
@@ -126,13 +91,7 @@ class ForceReading:
         return ("drive force" if kind == "force" else "drive torque"), self.units.label(kind)
 
     def at(self, k: int) -> str:
-        """Say at which drive angle a position is, to a degree, or at which time of a motion in time.
-
-        Parameters
-        ----------
-        k
-            Number of the position.
-        """
+        """Say at which drive angle a position is, to a degree, or at which time of a motion in time."""
         if self.in_time:
             return f"{short(float(self.data['time'][k]))} s"
         exact = len(self.theta) == 1
@@ -160,22 +119,9 @@ class ForceReading:
 
 
 class Reading(ForceReading):
-    """Curves of a result in the units of people, MPa, micrometres per metre, mm and N, and its places in words.
+    """Curves of a result in the units of people, MPa, micrometres per metre, mm and N, and its places in words."""
 
-    Between few positions of a cycle the curves are those of `between_positions`, in which peaks are sought.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Other units.
-
-    Raises
-    ------
-    ResultError
-        When it lacks what is read, or its members are not those of its scene.
-    """
+    # Between few positions of a cycle the curves are those of `between_positions`, in which peaks are sought.
 
     def __init__(self, result: Result, units: AnswerUnits | None = None) -> None:
         _refuse_incomplete(result.data, result.scene)
@@ -205,26 +151,13 @@ class Reading(ForceReading):
         return np.linalg.norm(deflection, axis=-1, keepdims=True) / self.units.size("length")
 
     def section_force(self, name: str) -> Array:
-        """Give a force in the sections (N) or their moment (N m), ``(angles, members, stations)``.
-
-        Parameters
-        ----------
-        name
-            One of `SECTION_FORCES`.
-        """
+        """Give a force in the sections (N) or their moment (N m), ``(angles, members, stations)``."""
         values = self.result.data[name].transpose("theta", "member", "s").to_numpy()
         return smoothed(self.result, values, name)[1] / self.units.size(SECTION_FORCES[name][1])
 
     def peak(self, curves: Array, i: int) -> Peak:
-        """Find where the largest value of a member is.
-
-        Parameters
-        ----------
-        curves
-            Values, ``(angles, members, stations, fibres)``.
-        i
-            Number of the member.
-        """
+        """Find where the largest value of a member is."""
+        # curves: values, ``(angles, members, stations, fibres)``
         k, j, f = np.unravel_index(np.abs(curves[:, i]).argmax(), curves[:, i].shape)
         return Peak(int(k), i, int(j), int(f))
 
@@ -239,35 +172,15 @@ class Reading(ForceReading):
         return [int(i) for i in np.argsort(-np.abs(self.stress).max(axis=(0, 2, 3)), kind="stable")]
 
     def place(self, peak: Peak) -> str:
-        """Say where along its member a peak is: "at A", or "135 mm from C".
-
-        Parameters
-        ----------
-        peak
-            The peak.
-        """
+        """Say where along its member a peak is: "at A", or "135 mm from C"."""
         return self.along(self.members[peak.i], float(self.s[peak.j]))
 
     def along(self, member: str, s: float) -> str:
-        """Say where along a member a place is, as `place` does.
-
-        Parameters
-        ----------
-        member
-            Label of the member.
-        s
-            The place, 0..1.
-        """
+        """Say where along a member a place is, as `place` does."""
         return place_along(self.scene, member, s, self.units)
 
     def side(self, peak: Peak) -> str:
-        """Name the side of the member on which a peak is.
-
-        Parameters
-        ----------
-        peak
-            The peak.
-        """
+        """Name the side of the member on which a peak is."""
         return f"{self.fibres[peak.f]} side"
 
     @property
@@ -280,19 +193,7 @@ class Reading(ForceReading):
 
 
 def place_along(scene: Scene, member: str, s: float, units: AnswerUnits) -> str:
-    """Say where along a member a place is: "at A", or "135 mm from C".
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    member
-        Label of the member.
-    s
-        The place, 0..1.
-    units
-        Units of the distance.
-    """
+    """Say where along a member a place is: "at A", or "135 mm from C"."""
     first, second = scene.members()[member][1].ends
     if s in (0, 1):
         return f"at {second if s else first}"
@@ -301,13 +202,7 @@ def place_along(scene: Scene, member: str, s: float, units: AnswerUnits) -> str:
 
 
 def change_by_vibration(result: Result) -> float | None:
-    """By which share vibration changes the peak stress of a result; None where it was not solved without.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """By which share vibration changes the peak stress of a result; None where it was not solved without."""
     if "stress_quasi_static" not in result.data:
         return None
     peak, still = (
@@ -318,15 +213,7 @@ def change_by_vibration(result: Result) -> float | None:
 
 
 def reading_of(result: Result, units: AnswerUnits | None = None) -> ForceReading:
-    """Read a result of links that bend, or the forces of one of rigid links.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers, instead of those of the scene.
-    """
+    """Read a result of links that bend, or the forces of one of rigid links."""
     usual = result.scene.answer_units
     if not result.scene.members():
         return ForceReading(result, units or usual)
@@ -335,30 +222,13 @@ def reading_of(result: Result, units: AnswerUnits | None = None) -> ForceReading
 
 @kept
 def reading_of_members(result: Result) -> Reading:
-    """Read a result of links that bend, in the units of its scene.
-
-    Parameters
-    ----------
-    result
-        The result.
-
-    Raises
-    ------
-    ResultError
-        When no link bends, or as of `Reading`.
-    """
+    """Read a result of links that bend, in the units of its scene."""
     return Reading(result, result.scene.answer_units)
 
 
 @contextmanager
 def reading_of_a_file() -> Iterator[None]:
-    """Turn what a damaged or made-up result raises where it is read into one `ResultError`.
-
-    Raises
-    ------
-    ResultError
-        When something is missing, or is not what it has to be.
-    """
+    """Turn what a damaged or made-up result raises where it is read into one `ResultError`."""
     try:
         yield
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, ZeroDivisionError) as error:

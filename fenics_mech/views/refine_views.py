@@ -27,15 +27,9 @@ LEAST = 1e-12  # error that is still drawn
 
 
 def refinement_table(found: Refinement) -> Group:
-    """Tabulate values, observed orders and extrapolated answers.
-
-    Parameters
-    ----------
-    found
-        From `studies.refine.refine`.
-    """
+    """Tabulate values, observed orders and extrapolated answers."""
     tables = [_table(found.data, str(name), found) for name in found.data["refinement"].to_numpy()]
-    tables[-1].caption, tables[-1].caption_justify = MEANING, "left"
+    tables[-1].caption = MEANING
     return Group(*tables)
 
 
@@ -70,13 +64,7 @@ def _table(data: xr.Dataset, refinement: str, found: Refinement) -> Table:
 
 
 def write_refinement(found: Refinement, path: Path) -> Path:
-    """Write a CSV, one quantity of one refinement a line, in SI.
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    """
+    """Write a CSV, one quantity of one refinement a line, in SI."""
     values = found.data["value"].to_dataframe()["value"].unstack("level")
     values.columns = [f"level {level}" for level in values.columns]
     table = found.data[["order", "extrapolated", "error"]].to_dataframe()
@@ -86,25 +74,7 @@ def write_refinement(found: Refinement, path: Path) -> Path:
 
 
 def plot_refinement(found: Refinement, folder: Path) -> list[Path]:
-    """Draw the difference from the extrapolated answers over the number of elements, and of sub-intervals.
-
-    Parameters
-    ----------
-    found
-        From `studies.refine.refine`.
-    folder
-        Where to write.
-
-    Returns
-    -------
-    list of Path
-        "refine_elements.png" and, for periodic motions, "refine_sub_intervals.png".
-
-    Raises
-    ------
-    ViewError, ResultError
-        When a file cannot be written.
-    """
+    """Draw the difference from the extrapolated answers over the number of elements, and of sub-intervals."""
     return [
         save(_figure(found.data.sel(refinement=name), str(name)), folder / f"refine_{name}.png")
         for name in found.data["refinement"].to_numpy()

@@ -23,15 +23,8 @@ PATIENCE = 60.0  # seconds
 
 
 def prepare_rendering() -> None:
-    """Choose a kind of render window that works here, unless the user has chosen one.
-
-    On Linux the choice is left in the environment variable ``VTK_DEFAULT_OPENGL_WINDOW``, where VTK looks for it.
-
-    Raises
-    ------
-    ViewError
-        When nothing can be rendered on this machine.
-    """
+    """Choose a kind of render window that works here, unless the user has chosen one."""
+    # On Linux the choice is left in the environment variable ``VTK_DEFAULT_OPENGL_WINDOW``, where VTK looks for it.
     chosen = os.environ.get(VARIABLE, "")
     if chosen or sys.platform != "linux":
         if not can_render(chosen):

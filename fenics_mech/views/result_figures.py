@@ -19,23 +19,31 @@ from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figure, figure_in, new_axes, save, save_all
-from fenics_mech.views.freedom_figure import freedom_figure
-from fenics_mech.views.frequency_plot import plot_frequencies
-from fenics_mech.views.law_figures import law_figure, open_pins, orbit_figure
-from fenics_mech.views.motion_figures import freedom_spectrum_figure, growth_figure, poincare_figure
-from fenics_mech.views.plot_marks import named
+from fenics_mech.views.frequency_views import plot_frequencies
+from fenics_mech.views.motion_figures import (
+    freedom_figure,
+    freedom_spectrum_figure,
+    growth_figure,
+    law_figure,
+    open_pins,
+    orbit_figure,
+    poincare_figure,
+)
 from fenics_mech.views.plots import (
+    force_path_figure,
+    path_points,
     plot_deflection,
     plot_drive,
     plot_joint_forces,
     plot_spectrum,
     plot_strain,
     plot_strain_map,
+    point_path_figure,
+    section_force_figure,
 )
+from fenics_mech.views.prefixes import labelled
 from fenics_mech.views.reading import SECTION_FORCES, Peak, Reading, reading_of, reading_of_a_file, reading_of_members
-from fenics_mech.views.section_plots import section_force_figure
 from fenics_mech.views.space.plots import SPATIAL_FIGURES, spatial_plots
-from fenics_mech.views.vector_plots import force_path_figure, path_points, point_path_figure
 
 MOST_ROWS = 6  # of a figure, one a member: more do not fit a page
 MOST_SPECTRA = 3
@@ -83,7 +91,8 @@ def plot_all(
     ['strain.png', 'strain_map.png']
     """
     folder = Path(folder)
-    own = {} if isinstance(result, SpatialResult) else FIGURES | _of_packages()
+    of_packages = {plugin.name: (lambda result: True, _drawing(plugin)) for plugin in plugins("views")}
+    own = {} if isinstance(result, SpatialResult) else FIGURES | of_packages
     known = own or SPATIAL_FIGURES
     if unknown := sorted(set(only) - set(known)):
         raise ViewError(f"there is no plot {unknown[0]!r}; there are {', '.join(known)}")
@@ -101,8 +110,10 @@ def plot_all(
     with reading_of_a_file():
         chosen = {name: build for name, (has, build) in own.items() if has(result) and (not only or name in only)}
         drawn = {name: figure for name, build in chosen.items() if (figure := build(result)) is not None}
-        for figure in drawn.values():
-            _tell_case(figure, result)
+        if result.case:
+            text = f"load case {result.case}" + (", which governs" if result.cases else "")
+            for figure in drawn.values():
+                figure.text(0.995, 0.003, text, ha="right", va="bottom", fontsize=8, color="#555555")
         paths = save_all(drawn, folder, ending=ending)
     for member, s, fibre in sorted({(m.member, m.s, m.fibre) for m in result.scene.measurements} if not only else ()):
         name = f"strain_{member}_s{s:g}_{'plus' if fibre == '+' else 'minus'}"
@@ -111,15 +122,9 @@ def plot_all(
 
 
 def strain_figure(result: Result) -> Figure:
-    """Draw the strain of each member where its stress is largest, the most strained on top, and where on it that is.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Draw the strain of each member where its stress is largest, the most strained on top, and where on it that is."""
     reading = reading_of_members(result)
-    size = np.abs([reading.strain[peak.k, peak.i, peak.j, peak.f] for peak in reading.peaks])
+    size = np.abs([reading.strain[peak] for peak in reading.peaks])
     ranked = [int(i) for i in np.argsort(-size, kind="stable")][:MOST_ROWS]
     with mpl.rc_context(STYLE):
         figure, rows = empty_figure(len(ranked), 0.9 + 1.75 * len(ranked))
@@ -135,13 +140,6 @@ def strain_figure(result: Result) -> Figure:
         _draw_place(axes, reading, reading.peaks[i], float(size[i] / (size.max() or 1.0)))
     _tell_left_out(figure, reading)
     return figure
-
-
-def _tell_case(figure: Figure, result: Result) -> None:
-    """Name the load case that is drawn, where the scene has several."""
-    if result.case:
-        text = f"load case {result.case}" + (", which governs" if result.cases else "")
-        figure.text(0.995, 0.003, text, ha="right", va="bottom", fontsize=8, color="#555555")
 
 
 def _tell_left_out(figure: Figure, reading: Reading) -> None:
@@ -166,13 +164,7 @@ def _draw_place(axes: Axes, reading: Reading, peak: Peak, share: float) -> None:
 
 
 def map_figure(result: Result) -> Figure:
-    """Draw the strain by drive angle and place, a row for each member, as tall as it is long, on one scale.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Draw the strain by drive angle and place, a row for each member, as tall as it is long, on one scale."""
     reading = reading_of_members(result)
     shown = sorted(reading.ranked[:MOST_ROWS])
     tall = np.maximum(reading.lengths, LEAST_ROW * reading.lengths.max())[shown]
@@ -182,7 +174,7 @@ def map_figure(result: Result) -> Figure:
         plot_strain_map(result, reading.members[i], axes)
         if axes is not panels[-1]:
             axes.set_xlabel("")
-    label = f"{named('strain', reading)}: blue compression, red tension"
+    label = f"{labelled(reading.units, 'strain')}: blue compression, red tension"
     bar = figure.colorbar(panels[0].images[0], ax=panels, label=label, shrink=0.9, aspect=34, pad=0.02)
     bar.outline.set_visible(False)
     _tell_left_out(figure, reading)
@@ -190,13 +182,7 @@ def map_figure(result: Result) -> Figure:
 
 
 def force_figure(result: Result) -> Figure:
-    """Draw the joint forces, and below them the torque or force of the first drive where there is one.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Draw the joint forces, and below them the torque or force of the first drive where there is one."""
     driven = reading_of(result).effort is not None
     figure, panels = empty_figure(rows=1 + driven, height=5.8 if driven else SIZE[1])
     plot_joint_forces(result, panels[0])
@@ -207,13 +193,7 @@ def force_figure(result: Result) -> Figure:
 
 
 def spectrum_figure(result: Result) -> Figure:
-    """Draw the harmonics of the members that are strained most.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Draw the harmonics of the members that are strained most."""
     reading = reading_of_members(result)
     size = np.abs(reading.strain).max(axis=(0, 2, 3))
     shown = sorted(int(i) for i in np.argsort(-size, kind="stable")[:MOST_SPECTRA])
@@ -230,11 +210,6 @@ def spectrum_figure(result: Result) -> Figure:
 def _bends(result: Result) -> bool:
     """Whether a link bends."""
     return bool(result.scene.members())
-
-
-def _of_packages() -> dict[str, Build]:
-    """Plots of other packages: functions of a result that give a figure, or None where it has nothing for them."""
-    return {plugin.name: (lambda result: True, _drawing(plugin)) for plugin in plugins("views")}
 
 
 def _drawing(plugin: Plugin) -> Callable[[Result], Figure | None]:
@@ -260,10 +235,7 @@ FIGURES: dict[str, Build] = {
     "strain": (_bends, strain_figure),
     "strain_map": (_bends, map_figure),
     "deflection": (_bends, lambda result: figure_in(plot_deflection(result))),
-    "section_forces": (
-        lambda result: _bends(result) and set(SECTION_FORCES) <= set(result.data),
-        section_force_figure,
-    ),
+    "section_forces": (lambda result: _bends(result) and set(SECTION_FORCES) <= set(result.data), section_force_figure),
     "joint_forces": (lambda result: bool(result.data.sizes["joint"]), force_figure),
     "force_paths": (lambda result: bool(result.data.sizes["joint"]), force_path_figure),
     "point_paths": (lambda result: bool(path_points(result)), point_path_figure),

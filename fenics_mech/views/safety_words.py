@@ -1,17 +1,28 @@
-"""The verdict on a machine in words: whether it is safe, what would help, and what was assumed."""
+"""The verdict on a machine in words: whether it is safe, what would help, what was assumed, and speeds to avoid."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
+import numpy as np
+
 from fenics_mech.recovery import Result
 from fenics_mech.safety import KEYS, Check, Cure, Verdict, judge
+from fenics_mech.safety.critical_speeds import (
+    STRONG,
+    CriticalSpeed,
+    cause_of,
+    critical_speeds,
+    multiple_of,
+    speeds_to_avoid,
+    turns,
+)
 from fenics_mech.safety.shapes import shape_of
 from fenics_mech.scene import RectangleSection
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.judgements import Level, judgements, verdict
-from fenics_mech.views.words import DEGREE, short
+from fenics_mech.views.words import DEGREE, share, short
 
 FAILS = {
     "yield": "yields",
@@ -29,21 +40,56 @@ ENOUGH = 3.0  # times the wanted factor: beyond it a member is no news
 MOST_MEMBERS = 2  # that are listed beside the first
 
 
+def frequency_ranges(result: Result) -> list[tuple[float, float]]:
+    """Give the lowest and highest frequency of each mode over the cycle (Hz), 0 of rigid bodies."""
+    # They are those of the mechanism held at each position: of the response, or where it has no modes, of the few
+    # positions at which critical speeds are sought.
+    data = result.data
+    if "frequency" in data:
+        frequency = data["frequency"].transpose("theta", "mode").to_numpy()
+        return [(float(low), float(high)) for low, high in zip(frequency.min(axis=0), frequency.max(axis=0))]
+    if "mode_frequency" not in data:
+        return []
+    ends = np.nan_to_num(data["mode_frequency"].sel(limit=["lowest", "highest"]).transpose("mode", "limit").to_numpy())
+    return [(float(low), float(high)) for low, high in ends]
+
+
+def speeds_in_words(result: Result, most: int = 2) -> str:
+    """Name the nearest speeds to avoid below and above the present one; "" where critical speeds are not sought."""
+    if why := result.data.attrs.get("critical_speeds_unknown"):
+        return f"not known: {why}"
+    if not critical_speeds(result):
+        return ""
+    near = sorted(speeds_to_avoid(result, 1), key=lambda one: abs(one.distance))[:most]
+    causes = [  # one alone is told without its link
+        cause_of(result, one) if most > 1 else f"{one.numbered} {multiple_of(result, one)}" for one in near
+    ]
+    said = [f"{band_of(result, one)} ({cause}: {rise_of(one)})" for one, cause in zip(near, causes)]
+    orders = float(result.data["critical_order"].max())
+    none = f"none: up to {orders:g} times the drive no harmonic makes a mode add {share(STRONG)} to the peak strain"
+    return "; ".join(said) or none
+
+
+def band_of(result: Result, one: CriticalSpeed) -> str:
+    """Write the range of a speed to avoid, and whether the present speed is in it."""
+    return turns(result, *(one.band or (one.speed, one.speed))) + (", where it runs" if runs_in(result, one) else "")
+
+
+def runs_in(result: Result, one: CriticalSpeed) -> bool:
+    """Say whether the present speed is in the range of a speed to avoid."""
+    low, high = one.band or (one.speed, one.speed)
+    return low <= abs(result.scene.cycle_rate) <= high
+
+
+def rise_of(one: CriticalSpeed) -> str:
+    """Write what the mode's vibration adds to the peak strain."""
+    if not np.isfinite(one.rise):
+        return "any strain, as nothing damps it"
+    return f"about +{share(one.rise)} strain" if one.rise < 1 else f"about {short(1 + one.rise, 2)} times the strain"
+
+
 def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[str]]:
-    """Say whether a machine is safe, what would help, and what is not decided.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers.
-
-    Returns
-    -------
-    tuple
-        "bad" where it is not safe, "warn" where that is not known, else "good"; one to four sentences.
-    """
+    """Say whether a machine is safe, what would help, and what is not decided."""
     found = judge(result)
     level: Level = "good"
     if found.governing is None:
@@ -65,18 +111,19 @@ def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[st
     if found.doubtful is not None:
         member, check = found.doubtful
         level = "warn" if level == "good" else level
-        said.append(f"By assumptions {_failing(member, check)}: {_to_state(result, check)}.")
+        names = sorted({text.split()[0] for text in check.rests_on} & set(result.scene.materials))
+        key = "ultimate" if check.mode == "fatigue" else "yield"
+        state = " and ".join(f"materials.{name}.{key}" for name in names)
+        said.append(f"By assumptions {_failing(member, check)}: state {state}.")
     elif level == "good" and (open_modes := undecided(found)):
         said.append(f"Not decided: {', '.join(open_modes)}.")
     return level, said
 
 
 def _failing(member: str, check: Check) -> str:
-    detail = f"{check.detail}: " if check.detail else ""
-    sizes = sized(check)
-    sizes += f", case {check.case}" * bool(check.case)
+    detail, case = f"{check.detail}: " * bool(check.detail), f", case {check.case}" * bool(check.case)
     at = f"at {short(check.share, 2)} of its wanted factor"
-    return f"member {member!r} {FAILS[check.mode]} {at} ({detail}{sizes})"
+    return f"member {member!r} {FAILS[check.mode]} {at} ({detail}{sized(check)}{case})"
 
 
 def _of(check: Check) -> str:
@@ -87,39 +134,19 @@ def _of(check: Check) -> str:
 
 
 def factor(check: Check) -> str:
-    """Write a factor of safety; a large one tells nothing more.
-
-    Parameters
-    ----------
-    check
-        The mode.
-    """
+    """Write a factor of safety; a large one tells nothing more."""
     return f"> {LARGEST:g}" if check.factor > LARGEST else short(check.factor)
 
 
 def sized(check: Check) -> str:
-    """Write a factor of safety and the wanted one; of a resonance the distance of the speed from it in percent.
-
-    Parameters
-    ----------
-    check
-        The mode.
-    """
+    """Write a factor of safety and the wanted one; of a resonance the distance of the speed from it in percent."""
     if check.kind == "share":
         return f"{short(100 * check.factor)} % of {100 * check.wanted:g} %"
     return f"{factor(check)} of {check.wanted:g}"
 
 
 def acting(check: Check, units: AnswerUnits) -> str:
-    """Write what acts and what is borne, and at which drive angle.
-
-    Parameters
-    ----------
-    check
-        The mode.
-    units
-        Units of the numbers.
-    """
+    """Write what acts and what is borne, and at which drive angle."""
     if check.kind == "share":
         return check.detail
     if math.isinf(check.factor):
@@ -148,33 +175,14 @@ def _cured(result: Result, check: Check, cure: Cure | None, units: AnswerUnits) 
     return f"For these loads make {made}, now {now} ({cure.place})."
 
 
-def _to_state(result: Result, check: Check) -> str:
-    """Say what the scene is to state, so that a mode decides."""
-    names = {text.split()[0] for text in check.rests_on} & set(result.scene.materials)
-    keys = "ultimate" if check.mode == "fatigue" else "yield"
-    return "state " + " and ".join(f"materials.{name}.{keys}" for name in sorted(names))
-
-
 def undecided(found: Verdict) -> list[str]:
-    """Name the modes by which no member is judged but by assumptions, in the order of `KEYS`; wants are none of them.
-
-    Parameters
-    ----------
-    found
-        The verdict.
-    """
+    """Name the modes by which no member is judged but by assumptions, in the order of `KEYS`."""
     decided = {check.mode for checks in found.checks.values() for check in checks if check.decides}
     return [mode for mode in KEYS if mode not in decided and mode not in ("deflection", "resonance")]
 
 
 def safety_row(result: Result) -> str:
-    """Give the least factors of the members after the first, which is told before, as far as they tell anything.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the least factors of the members after the first, which is told before, as far as they tell anything."""
     found = judge(result)
     named = [(member, check) for member in found.checks if (check := found.least(member)) is not None]
     told = [(member, check) for member, check in named[1:] if check.factor <= min(LARGEST, ENOUGH * check.wanted)]
@@ -182,15 +190,7 @@ def safety_row(result: Result) -> str:
 
 
 def safety_table(result: Result, units: AnswerUnits) -> list[str]:
-    """Give a line for each mode of each member that was judged, then what was assumed and what was not judged.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers.
-    """
+    """Give a line for each mode of each member that was judged, then what was assumed and what was not judged."""
     found = judge(result)
     said = [
         f"{member}, {check.mode}: {sized(check)} ({acting(check, units)})"
@@ -204,15 +204,7 @@ def safety_table(result: Result, units: AnswerUnits) -> list[str]:
 
 
 def safety_figures(result: Result, units: AnswerUnits) -> dict[str, Any]:
-    """Give the verdict as plain data.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers in the sentences.
-    """
+    """Give the verdict as plain data."""
     found = judge(result)
     level, sentences = safety_sentences(result, units)
     figures: dict[str, Any] = {"level": level, "safe": found.safe, "sentences": sentences}

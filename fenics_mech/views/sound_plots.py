@@ -13,13 +13,7 @@ SHOWN = 60.0  # dB below the loudest harmonic, from which one is shown
 
 
 def sound_figure(found: xr.Dataset) -> Figure:
-    """Draw the sound pressure levels of the harmonics at the distance of a sound.
-
-    Parameters
-    ----------
-    found
-        What `fm.sound` gave.
-    """
+    """Draw the sound pressure levels of the harmonics at the distance of a sound."""
     frequency, power = (found[name].to_numpy()[1:] for name in ("sound_frequency", "sound_power"))
     kept = power > power.max() * 10 ** (-SHOWN / 10)
     level = 10 * np.log10(power[kept] / REFERENCE) + found.attrs["pressure_level"] - found.attrs["power_level"]

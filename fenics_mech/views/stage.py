@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib as mpl
@@ -11,8 +10,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
+from fenics_mech.views.drawn_parts import DRAWN, INK, RIGID, SHADE, TRIANGLE, guide_strokes, support_strokes
 from fenics_mech.views.frames import Frames
-from fenics_mech.views.symbols import DRAWN, INK, RIGID, SHADE, TRIANGLE, guide_strokes, support_strokes
 
 FONT = str(Path(mpl.get_data_path()) / "fonts/ttf/DejaVuSans.ttf")  # has the degree, times and micro signs
 COLOUR_MAP = "RdBu_r"
@@ -28,110 +27,87 @@ LAYERS = {"ground": 0, "trail": 0.5, "rigid": 1, "outline": 2, "block": 2.5, "ri
 LAYERS |= {"pin": 4, "hole": 5, "load": 6}
 
 
-@dataclass(frozen=True)
-class Look:
-    """How the mechanism is drawn.
-
-    Parameters
-    ----------
-    limit
-        Stress or strain at the ends of the colour bar.
-    measure
-        Its name and unit, such as "stress (MPa)".
-    names
-        Names that are written beside joints, traced points and loads: of all pins, then of all points, then of all
-        arrows. None where none shall be; an empty one is not written.
-    true_width
-        Whether members are as wide as their sections in the plane of motion, not all alike.
-    """
-
-    limit: float
-    measure: str
-    names: tuple[str, ...] = ()
-    true_width: bool = False
-
-
 class Stage:
-    """An off-screen plotter with the mechanism on it, seen along z in parallel projection.
+    """An off-screen plotter with the mechanism on it, seen along z in parallel projection; it holds all frames."""
 
-    Parameters
-    ----------
-    frames
-        All frames that will be shown: the camera holds them all.
-    ground
-        Points of the ground (m), ``(points, 2)``, and guides on it, ``(guides, 2, 2)``.
-    size
-        Of the picture (pixels).
-    look
-        How it is drawn.
-    text
-        Text above and below the mechanism.
-    """
+    # ground: points of the ground (m), ``(points, 2)``, and guides on it, ``(guides, 2, 2)``; size: of the picture
+    # (pixels); limit: stress or strain at the ends of the colour bar, whose name and unit `measure` is; text: above and
+    # below the mechanism; names: of all pins, then of all traced points, then of all arrows, an empty one is not
+    # written; true_width: whether members are as wide as their sections in the plane of motion, not all alike
 
     def __init__(
-        self, frames: Frames, ground: tuple[Array, Array], size: tuple[int, int], look: Look, text: tuple[str, str]
+        self,
+        frames: Frames,
+        ground: tuple[Array, Array],
+        size: tuple[int, int],
+        limit: float,
+        measure: str,
+        text: tuple[str, str],
+        names: tuple[str, ...],
+        true_width: bool,
     ) -> None:
-        shown = (
-            frames.path,
-            frames.rigid,
-            frames.bars,
-            frames.pins,
-            frames.guides,
-            frames.traced,
-            frames.trails,
-            *ground,
-        )
-        points = np.concatenate([part.reshape(-1, 2) for part in shown])
-        low, high = points.min(axis=0), points.max(axis=0)
-        self.extent = float(np.linalg.norm(high - low))
-        tails = self._tails(frames.loads).reshape(-1, 2)
-        low, high = (np.stack([low, high, *tails]).min(axis=0), np.stack([low, high, *tails]).max(axis=0))
+        moving = (frames.path, frames.rigid, frames.bars, frames.pins, frames.guides, frames.traced, frames.trails)
+        points = np.concatenate([part.reshape(-1, 2) for part in (*moving, *ground)])
+        self.extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+        points = np.concatenate([points, self._tails(frames.loads).reshape(-1, 2)])
         self.frames, self.size = frames, size
         self.plotter = pv.Plotter(off_screen=True, window_size=list(size))
         self.plotter.set_background("white")
         self.plotter.enable_anti_aliasing("msaa", multi_samples=8)
-        self._look_at(low - DRAWN.margin * self.extent, high + DRAWN.margin * self.extent)
-        self._add_supports(ground[0])
-        self._add_guides(ground[1])
-        self.half = frames.half_width if look.true_width else DRAWN.ribbon * self.extent
-        self.edge = THIN if look.true_width else 1.0
+        margin = DRAWN.margin * self.extent
+        self._look_at(points.min(axis=0) - margin, points.max(axis=0) + margin)
+        self.half = frames.half_width if true_width else DRAWN.ribbon * self.extent
+        self.edge = (DRAWN.outline - DRAWN.ribbon) * self.extent * (THIN if true_width else 1.0)
+        self._add_ground(*ground)
         self._add_trails()
-        self.meshes = self._add_mechanism(look.limit) | self._add_acting()
+        self.meshes = self._add_mechanism(limit)
         if frames.path.shape[1]:
-            self._add_bar(look.limit, look.measure)
+            self._add_bar(limit, measure)
         self._add_text(text[0], 0.03, 0.94)
         for line, height in zip(text[1].splitlines()[::-1], (0.015, 0.058)):
             self._add_text(line, 0.03, height)
-        self.names = [self._add_text(written, 0, 0) for written in look.names]
+        self.names = [self._add_text(written, 0, 0) for written in names]
         for name in self.names:  # legible on a member too
             name.prop.background_color, name.prop.background_opacity = "white", VEIL * bool(name.input)
         self.angle = self._add_text("", 0.03, 0.895)
 
     def picture(self, index: int) -> NDArray[np.uint8]:
         """Render one of the frames, ``(height, width, 3)``."""
-        frames = self.frames
-        path, pins = frames.path[index], frames.pins[index]
-        self.meshes["rigid"].points = self._raised(frames.rigid[index], "rigid")
-        edge = (DRAWN.outline - DRAWN.ribbon) * self.extent * self.edge
-        self.meshes["outline"].points = self._raised(ribbon(path, self.half + edge), "outline")
+        frames, extent = self.frames, self.extent
+        path, pins, traced = frames.path[index], frames.pins[index], frames.traced[index]
         left, right = np.moveaxis(ribbon(path, self.half), 2, 0)
         halves = np.stack([np.stack([left, path], axis=2), np.stack([path, right], axis=2)], axis=1)
-        self.meshes["ribbon"].points = self._raised(halves, "ribbon")
         self.meshes["ribbon"]["colour"] = np.repeat(np.moveaxis(frames.sides[index], 2, 1).ravel(), 2)
-        self.meshes["bar edge"].points = self._raised(ribbon(frames.bars[index], DRAWN.outline * self.extent), "rigid")
-        self.meshes["bar"].points = self._raised(ribbon(frames.bars[index], DRAWN.ribbon * self.extent), "outline")
-        self.meshes["guide"].points = self._raised(frames.guides[index], "rigid")
-        corners = frames.slider_pins[index][:, None] + DRAWN.block * self.extent * frames.sliders[index]
-        for name in ("block", "block edge"):
-            self.meshes[name].points = self._raised(corners, "block")
-        for name, radius in (("pin", DRAWN.pin), ("hole", DRAWN.hole)):
-            self.meshes[name].points = self._raised(pins[:, None] + radius * self.extent * CIRCLE, name)
+        blocks = frames.slider_pins[index][:, None] + DRAWN.block * extent * frames.sliders[index]
+        place, force = np.moveaxis(frames.loads[index], 1, 0)
+        tails, size = self._tails(frames.loads[index]), np.linalg.norm(force, axis=-1, keepdims=True)
+        along = force / np.maximum(size, 1e-300)
+        across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+        head = DRAWN.head * extent * np.minimum(size * DRAWN.load / DRAWN.head, 1.0)
+        base = place - head * along
+        mass_radius = DRAWN.mass * extent * frames.mass_sizes[:, None, None]
+        shown = {  # points of each mesh (m), and their layer
+            "rigid": (frames.rigid[index], "rigid"),
+            "outline": (ribbon(path, self.half + self.edge), "outline"),
+            "ribbon": (halves, "ribbon"),
+            "bar edge": (ribbon(frames.bars[index], DRAWN.outline * extent), "rigid"),
+            "bar": (ribbon(frames.bars[index], DRAWN.ribbon * extent), "outline"),
+            "guide": (frames.guides[index], "rigid"),
+            "block": (blocks, "block"),
+            "block edge": (blocks, "block"),
+            "pin": (pins[:, None] + DRAWN.pin * extent * CIRCLE, "pin"),
+            "hole": (pins[:, None] + DRAWN.hole * extent * CIRCLE, "hole"),
+            "traced": (traced[:, None] + DRAWN.traced * extent * CIRCLE, "hole"),
+            "mass": (frames.masses[index][:, None] + mass_radius * CIRCLE, "mass"),
+            "load": (np.stack([tails, base], axis=1), "load"),
+            "load head": (np.stack([place, base + 0.4 * head * across, base - 0.4 * head * across], axis=1), "load"),
+        }
         if np.isfinite(frames.peak_value):
-            self.meshes["peak"].points = self._raised(frames.peak[index] + DRAWN.peak * self.extent * RING, "hole")
-        self._move_acting(index)
-        named = np.concatenate([pins, frames.traced[index], self._tails(frames.loads[index])])
-        for text, place in zip(self.names, named + DRAWN.name * self.extent):
-            text.position = tuple((place - self.corner) / (self.pixel * np.array(self.size)))
+            shown["peak"] = (frames.peak[index] + DRAWN.peak * extent * RING, "hole")
+        for name, (points, layer) in shown.items():
+            self.meshes[name].points = self._raised(points, layer)
+        for text, at in zip(self.names, np.concatenate([pins, traced, tails]) + DRAWN.name * extent):
+            text.position = tuple((at - self.corner) / (self.pixel * np.array(self.size)))
         self.angle.input = frames.labels[index]
         self.plotter.render()
         return self.plotter.screenshot(return_img=True)
@@ -157,110 +133,62 @@ class Stage:
         camera.parallel_scale = self.pixel * height / 2
         camera.clipping_range = (self.extent, 20 * self.extent)
 
-    def _add_supports(self, ground: Array) -> None:
-        """Draw each point of the ground as a triangle on a hatched line."""
-        size, first, lines = DRAWN.support * self.extent, ground[:, None], support_strokes()
-        if not len(ground):
-            return
+    def _add(self, colour: str, cells: Index, points: Array | None = None, width: float = 0) -> pv.PolyData:
+        """Add faces, or lines of a share of the picture's height, at points in 3D or where `picture` puts them."""
+        blank = np.zeros((cells.max(initial=-1) + 1, 3))  # at least as many as the cells have
+        mesh = pv.PolyData(blank if points is None else points, **{"lines" if width else "faces": cells})
+        if mesh.n_points:
+            self.plotter.add_mesh(mesh, color=colour, lighting=False, line_width=self.size[1] / (width or 400))
+        return mesh
+
+    def _add_ground(self, ground: Array, guides: Array) -> None:
+        """Draw each point of the ground as a triangle on a hatched line, and each guide as such a line."""
+        size, first = DRAWN.support * self.extent, ground[:, None]
         corners = self._raised(first + size * TRIANGLE, "ground")
-        strokes = self._raised(first + size * lines.reshape(-1, 2), "ground")
-        look = {"lighting": False, "color": INK, "line_width": self.size[1] / 450}
-        self.plotter.add_mesh(pv.PolyData(corners, faces=_cells(len(ground), 3)), color=SHADE, lighting=False)
-        self.plotter.add_mesh(pv.PolyData(corners, lines=_cells(len(ground), 3, closed=True)), **look)
-        self.plotter.add_mesh(pv.PolyData(strokes, lines=_cells(len(ground) * len(lines), 2)), **look)
-
-    def _add_guides(self, guides: Array) -> None:
-        """Draw each guide as a hatched line under its slider's block."""
-        for guide in guides:
-            strokes = guide_strokes(guide, self.extent)
-            lines = pv.PolyData(self._raised(strokes, "ground"), lines=_cells(len(strokes), 2))
-            self.plotter.add_mesh(lines, lighting=False, color=INK, line_width=self.size[1] / 450)
-
-    def _add_mechanism(self, limit: float) -> dict[str, pv.PolyData]:
-        """Add the parts that move; `picture` puts them in their places."""
-        _, members, stations, _ = self.frames.path.shape
-        joints = self.frames.pins.shape[1]
-        strips = _strips(members, stations)
-        blank = np.zeros((members * stations * 2, 3))
-        circles = np.zeros((joints * len(CIRCLE), 3))
-        meshes = {
-            "rigid": pv.PolyData(np.zeros((2 * members, 3)), lines=_cells(members, 2)),
-            "outline": pv.PolyData(blank, faces=strips),
-            "ribbon": pv.PolyData(np.zeros((2 * len(blank), 3)), faces=_strips(2 * members, stations)),  # its two sides
-            "pin": pv.PolyData(circles, faces=_cells(joints, len(CIRCLE))),
-            "hole": pv.PolyData(circles, faces=_cells(joints, len(CIRCLE))),
-            "peak": pv.PolyData(np.zeros((len(RING), 3)), faces=_strips(1, len(RING) // 2)),
-        }
-        meshes["ribbon"]["colour"] = np.zeros(2 * len(blank))
-        meshes |= self._add_rigid_parts()
-        for name, colour in (("rigid", RIGID), ("outline", INK), ("pin", INK), ("hole", "white"), ("peak", PEAK)):
-            if meshes[name].n_points:
-                self.plotter.add_mesh(meshes[name], color=colour, lighting=False, line_width=self.size[1] / 400)
-        if members:
-            self.plotter.add_mesh(meshes["ribbon"], **_coloured(limit))
-        return meshes
+        self._add(SHADE, _cells(len(ground), 3), corners)
+        self._add(INK, _cells(len(ground), 3, closed=True), corners, 450)
+        under = (first + size * support_strokes().reshape(-1, 2)).reshape(-1, 2, 2)
+        for strokes in (under, *(guide_strokes(guide, self.extent) for guide in guides)):
+            self._add(INK, _cells(len(strokes), 2), self._raised(strokes, "ground"), 450)
 
     def _add_trails(self) -> None:
         """Draw the paths of the joints, and those of the traced points, which are the last."""
-        paths, traced = self.frames.trails, self.frames.traced.shape[1]
-        for i, path in enumerate(paths):
-            lines = pv.PolyData(self._raised(path, "trail"), lines=np.append(len(path), np.arange(len(path))))
-            of_point = i >= len(paths) - traced
-            look = {"color": TRACE if of_point else SHADE, "line_width": self.size[1] / (300 if of_point else 500)}
-            self.plotter.add_mesh(lines, lighting=False, **look)
+        joints = len(self.frames.trails) - self.frames.traced.shape[1]
+        for i, path in enumerate(self.frames.trails):
+            colour, width = (SHADE, 500) if i < joints else (TRACE, 300)
+            self._add(colour, np.append(len(path), np.arange(len(path))), self._raised(path, "trail"), width)
 
-    def _add_acting(self) -> dict[str, pv.PolyData]:
-        """Add traced points, point masses and loads; `_move_acting` puts them in their places."""
-        counts = {"traced": self.frames.traced.shape[1], "mass": self.frames.masses.shape[1]}
-        loads = self.frames.loads.shape[1]
-        meshes = {
-            name: pv.PolyData(np.zeros((count * len(CIRCLE), 3)), faces=_cells(count, len(CIRCLE)))
-            for name, count in counts.items()
-        }
-        meshes["load"] = pv.PolyData(np.zeros((2 * loads, 3)), lines=_cells(loads, 2))
-        meshes["load head"] = pv.PolyData(np.zeros((3 * loads, 3)), faces=_cells(loads, 3))
-        for mesh, colour in zip(meshes.values(), (TRACE, MASS, LOAD, LOAD)):
-            if mesh.n_points:
-                self.plotter.add_mesh(mesh, color=colour, lighting=False, line_width=self.size[1] / 200)
-        return meshes
-
-    def _move_acting(self, index: int) -> None:
-        """Put traced points, masses and loads where they are in a frame."""
-        frames, extent = self.frames, self.extent
-        traced, masses = frames.traced[index][:, None], frames.masses[index][:, None]
-        self.meshes["traced"].points = self._raised(traced + DRAWN.traced * extent * CIRCLE, "hole")
-        radius = DRAWN.mass * extent * frames.mass_sizes[:, None, None]
-        self.meshes["mass"].points = self._raised(masses + radius * CIRCLE, "mass")
-        place, force = np.moveaxis(frames.loads[index], 1, 0)
-        size = np.linalg.norm(force, axis=-1, keepdims=True)
-        along = force / np.maximum(size, 1e-300)
-        across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
-        head = DRAWN.head * extent * np.minimum(size * DRAWN.load / DRAWN.head, 1.0)
-        self.meshes["load"].points = self._raised(
-            np.stack([self._tails(frames.loads[index]), place - head * along], axis=1), "load"
+    def _add_mechanism(self, limit: float) -> dict[str, pv.PolyData]:
+        """Add the parts that move and what acts on them; `picture` puts them in their places."""
+        frames = self.frames
+        _, members, stations, _ = frames.path.shape
+        bars, blocks, loads = (part.shape[1] for part in (frames.bars, frames.sliders, frames.loads))
+        joints, traced, masses = (
+            _cells(part.shape[1], len(CIRCLE)) for part in (frames.pins, frames.traced, frames.masses)
         )
-        base = place - head * along
-        corners = np.stack([place, base + 0.4 * head * across, base - 0.4 * head * across], axis=1)
-        self.meshes["load head"].points = self._raised(corners, "load")
-
-    def _add_rigid_parts(self) -> dict[str, pv.PolyData]:
-        """Add rigid links and the blocks of sliders, where there are any."""
-        bars, blocks = self.frames.bars.shape[1], self.frames.sliders.shape[1]
-        edges, corners = np.zeros((bars * 4, 3)), np.zeros((blocks * 4, 3))
-        guides = self.frames.guides.shape[1]
-        track = pv.PolyData(np.zeros((2 * guides, 3)), lines=_cells(guides, 2))
-        if guides:
-            self.plotter.add_mesh(track, color=INK, lighting=False, line_width=self.size[1] / 250)
         meshes = {
-            "bar edge": pv.PolyData(edges, faces=_strips(bars, 2)),
-            "bar": pv.PolyData(edges, faces=_strips(bars, 2)),
-            "block": pv.PolyData(corners, faces=_cells(blocks, 4)),
-            "block edge": pv.PolyData(corners, lines=_cells(blocks, 4, closed=True)),
+            "guide": self._add(INK, _cells(frames.guides.shape[1], 2), width=250),
+            "bar edge": self._add(INK, _strips(bars, 2)),
+            "bar": self._add(RIGID, _strips(bars, 2)),
+            "block": self._add(SHADE, _cells(blocks, 4)),
+            "block edge": self._add(INK, _cells(blocks, 4, closed=True), width=450),
+            "rigid": self._add(RIGID, _cells(members, 2), width=400),
+            "outline": self._add(INK, _strips(members, stations)),
+            "pin": self._add(INK, joints),
+            "hole": self._add("white", joints),
+            "peak": self._add(PEAK, _strips(1, len(RING) // 2)),
         }
-        for mesh, colour in zip(meshes.values(), (INK, RIGID, SHADE, INK)):
-            if mesh.n_points:
-                self.plotter.add_mesh(mesh, color=colour, lighting=False, line_width=self.size[1] / 450)
-        return meshes | {"guide": track}
+        two_sides = np.zeros((4 * members * stations, 3))
+        meshes["ribbon"] = pv.PolyData(two_sides, faces=_strips(2 * members, stations))
+        meshes["ribbon"]["colour"] = two_sides[:, 0]
+        if members:
+            self.plotter.add_mesh(meshes["ribbon"], **_coloured(limit))
+        return meshes | {
+            "traced": self._add(TRACE, traced),
+            "mass": self._add(MASS, masses),
+            "load": self._add(LOAD, _cells(loads, 2), width=200),
+            "load head": self._add(LOAD, _cells(loads, 3)),
+        }
 
     def _add_bar(self, limit: float, measure: str) -> None:
         """Draw the colour bar. Not VTK's own: its number formatting ends the process once dolfinx is loaded."""
@@ -270,13 +198,11 @@ class Stage:
         bar = pv.PolyData(points, faces=_cells(1, 4))
         bar["colour"] = np.array([-limit, -limit, limit, limit])
         self.plotter.add_mesh(bar, **_coloured(limit))
-        frame = pv.PolyData(points, lines=_cells(1, 4, closed=True))
-        self.plotter.add_mesh(frame, color=INK, lighting=False, line_width=self.size[1] / 600)
+        self._add(INK, _cells(1, 4, closed=True), points, 600)
         at = self.frames.peak_value / (2 * limit) + 0.5  # of the bar, where the peak is
-        across = [[x - 0.012, low + at * (high - low)], [x + 0.022, low + at * (high - low)]]
-        line = self._raised(self.corner + np.array(across) * self.size * self.pixel, "rigid")
-        look = {"color": PEAK, "lighting": False, "line_width": self.size[1] / 180}
-        self.plotter.add_mesh(pv.PolyData(line, lines=_cells(1, 2)), **look)
+        across = np.array([[x - 0.012, low + at * (high - low)], [x + 0.022, low + at * (high - low)]])
+        line = self._raised(self.corner + across * self.size * self.pixel, "rigid")
+        self._add(PEAK, _cells(1, 2), line, 180)
         for share in np.linspace(0, 1, 5):
             value = limit * (2 * share - 1)
             label = f"{value:+.4g}".replace("-", "\N{MINUS SIGN}") if value else "0"
@@ -294,10 +220,8 @@ class Stage:
 
 
 def ribbon(path: Array, half_width: float | Array) -> Array:
-    """Left and right edge of centre lines ``(members, stations, 2)``, as ``(members, stations, 2, 2)``.
-
-    Half the width is one number, or one at each station, ``(members, stations)``.
-    """
+    """Left and right edge of centre lines ``(members, stations, 2)``, as ``(members, stations, 2, 2)``."""
+    # Half the width is one number, or one at each station, ``(members, stations)``.
     tangent = np.gradient(path, axis=1)
     tangent /= np.maximum(np.linalg.norm(tangent, axis=-1, keepdims=True), 1e-300)
     normal = np.asarray(half_width)[..., None] * np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)
@@ -306,14 +230,8 @@ def ribbon(path: Array, half_width: float | Array) -> Array:
 
 def _coloured(limit: float) -> dict[str, object]:
     """Look of a mesh that is coloured by its stress or strain."""
-    return {
-        "scalars": "colour",
-        "cmap": COLOUR_MAP,
-        "clim": (-limit, limit),
-        "lighting": False,
-        "show_scalar_bar": False,
-        "interpolate_before_map": True,
-    }
+    look = {"scalars": "colour", "cmap": COLOUR_MAP, "clim": (-limit, limit), "interpolate_before_map": True}
+    return look | {"lighting": False, "show_scalar_bar": False}
 
 
 def _cells(count: int, points: int, closed: bool = False) -> Index:

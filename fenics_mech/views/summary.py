@@ -13,39 +13,31 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._console import text_of
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects.known import VIBRATION
 from fenics_mech.errors import percent, percent_of_error
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
 from fenics_mech.planning.answer_remarks import WORDS, unmet
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.bodies import POISSON
 from fenics_mech.views.case_tables import cases_table, governed, member_lines, speeds_of_cases
-from fenics_mech.views.critical_words import frequency_ranges, speeds_in_words
-from fenics_mech.views.details import damping_of
-from fenics_mech.views.details import details as all_details
-from fenics_mech.views.judgements import (
-    Judgement,
-    Level,
-    acting,
-    headline,
-    judgements,
-    unstated_gravity,
-    verdict,
-)
-from fenics_mech.views.motion_words import motion_rows
-from fenics_mech.views.prefixes import prefixed
-from fenics_mech.views.reading import Reading, change_by_vibration, reading_of
-from fenics_mech.views.rigid_report import (
+from fenics_mech.views.details import (
+    damping_of,
     freedoms_table,
     law_table,
+    motion_rows,
     rigid_parts,
     running_lines,
     small_motions_table,
 )
-from fenics_mech.views.safety_words import safety_row, safety_sentences
+from fenics_mech.views.details import details as all_details
+from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, unstated_gravity, verdict
+from fenics_mech.views.prefixes import prefixed
+from fenics_mech.views.reading import Reading, change_by_vibration, reading_of
+from fenics_mech.views.safety_words import frequency_ranges, safety_row, safety_sentences, speeds_in_words
 from fenics_mech.views.space.summary import summary_parts
+from fenics_mech.views.tables import plain_table, rows_table
 from fenics_mech.views.words import AT_MOST, MINUS, share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
@@ -97,52 +89,44 @@ def summary(result: Result | SpatialResult, details: bool = False, units: Answer
     assert isinstance(reading, Reading)
     level, usable = verdict(judged)
     safe_level, safe = safety_sentences(result, units)
+    machine = governed(result) if result.cases else f"{reading.scene.name}: {reading.driven()}"
+    assumed = ", ".join(notice.partition(" ")[0].removeprefix("materials.") for notice in result.notices)
+    told = [_met(result), assumed and f"Poisson's ratio is assumed as {POISSON} in shear: {assumed}."]
     parts: list[RenderableType] = [
-        Text(_machine(reading), style="bold"),
+        Text(machine, style="bold"),
         Text(" ".join(safe), style=STYLES[safe_level]),
         Text(" ".join(headline(reading))),
         Text(usable, style=STYLES[level]),
-        *map(Text, filter(None, [_met(result), _assumed(result)])),
-        *(_said(one) for one in judged if one.level in ("bad", "warn")),
-        *_warnings(result.warnings),
-        Text(),
-        *_tables(reading),
+        *map(Text, filter(None, told)),
+        *(Text(one.text, STYLES[one.level].removeprefix("bold ")) for one in judged if one.level in ("bad", "warn")),
+        *(Text(f"Warning: {text}", style="yellow") for text in result.warnings[:MOST_WARNINGS]),
     ]
+    if (more := len(result.warnings) - MOST_WARNINGS) > 0:
+        parts.append(Text(f"{more} more warnings: see --details", style="yellow"))
+    if result.cases:
+        parts += [Text(), cases_table(result, units), Text(), *_members_of_cases(reading), Text()]
+    else:
+        parts += [Text(), *_members(reading), Text()]
+        parts += [_joints(reading), Text()] if reading.joints else []
     parts += [law_table(result, units), Text()] if "law_effort" in result.data else []
     if "freedom_place" in result.data:
-        parts += [freedoms_table(result, units), *(Text(line) for line in running_lines(result)), Text()]
+        parts += [freedoms_table(result, units), *map(Text, running_lines(result)), Text()]
     if "rest_frequency" in result.data:
         parts += [small_motions_table(result), Text()]
     return Summary(*parts, _rest(reading, judged))
-
-
-def _machine(reading: Reading) -> str:
-    """Name the machine and how it is driven, and of load cases which governs."""
-    result = reading.result
-    if not result.cases:
-        return f"{reading.scene.name}: {reading.driven()}"
-    return governed(result)
-
-
-def _tables(reading: Reading) -> list[RenderableType]:
-    """Tabulate members and joints; of load cases these, and each member in the case that governs it."""
-    if reading.result.cases:
-        return [cases_table(reading.result, reading.units), Text(), *_members_of_cases(reading), Text()]
-    joints: list[RenderableType] = [_joints(reading), Text()] if reading.joints else []
-    return [_members(reading), *_left_out(reading), Text(), *joints]
 
 
 def _members_of_cases(reading: Reading) -> list[RenderableType]:
     """Tabulate the largest stress and deflection of the most stressed members, with the load case of each."""
     stress, strain, length = (reading.units.label(kind) for kind in ("stress", "strain", "length"))
     head = f"stress\n{stress}", f"strain\n{strain}", "where, side<", "at", "in case<", f"deflection\n{length}"
-    table, lines = _grid("member", *head), member_lines(reading.result, reading.units)
+    table, lines = plain_table("member", *head), member_lines(reading.result, reading.units)
     for line in lines[:MOST_MEMBERS]:
         bent = line.deflection if line.bent_in == line.case else f"{line.deflection} in {line.bent_in}"
         table.add_row(*map(escape, (line.name, line.stress, line.strain, *line.where, line.case, bent)))
-    more = lines[MOST_MEMBERS:]
-    said = f"and {len(more)} more, none above {more[0].stress.strip(MINUS)} {stress}: see the report" if more else ""
-    return [table, *map(Text, filter(None, [said]))]
+    if not (more := lines[MOST_MEMBERS:]):
+        return [table]
+    return [table, Text(f"and {len(more)} more, none above {more[0].stress.strip(MINUS)} {stress}: see the report")]
 
 
 def _met(result: Result) -> str:
@@ -158,56 +142,26 @@ def _met(result: Result) -> str:
     return f"The tolerance is met: {'; '.join(said)}." if said else ""
 
 
-def _assumed(result: Result) -> str:
-    """Say of which materials Poisson's ratio is assumed, where it counts; the row of that name says more."""
-    names = ", ".join(notice.partition(" ")[0].removeprefix("materials.") for notice in result.notices)
-    return f"Poisson's ratio is assumed as {POISSON} in shear: {names}." if names else ""
-
-
-def _said(judged: Judgement) -> Text:
-    return Text(judged.text, style=STYLES[judged.level].removeprefix("bold "))
-
-
-def _warnings(warnings: tuple[str, ...]) -> list[Text]:
-    """Write the first warnings, and say how many there are more."""
-    said = [Text(f"Warning: {text}", style="yellow") for text in warnings[:MOST_WARNINGS]]
-    more = len(warnings) - MOST_WARNINGS
-    return [*said, Text(f"{more} more warnings: see --details", style="yellow")] if more > 0 else said
-
-
-def _grid(*columns: str) -> Table:
-    """Make an empty table without lines; columns whose head ends in "<" stand to the left."""
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="")
-    for n, column in enumerate(columns):
-        table.add_column(column.removesuffix("<"), justify="left" if column.endswith("<") or not n else "right")
-    return table
-
-
-def _members(reading: Reading) -> Table:
-    """Tabulate peak stress, strain and deflection of the most stressed members."""
+def _members(reading: Reading) -> list[RenderableType]:
+    """Tabulate peak stress, strain and deflection of the most stressed members, and say how many are left out."""
     kinds = {"stress": "stress", "strain": "strain", "deflection": "length"}
     stress, strain, bend = (f"{name}\n{reading.units.label(kind)}" for name, kind in kinds.items())
-    table = _grid("member", stress, strain, "where, side<", "at", bend, "where<")
+    table = plain_table("member", stress, strain, "where, side<", "at", bend, "where<")
     for i in reading.ranked[:MOST_MEMBERS]:
         peak, bent = reading.peaks[i], reading.peak(reading.bent, i)
         table.add_row(
             escape(reading.members[i]),
-            short(reading.stress[peak.k, i, peak.j, peak.f]),
-            short(reading.strain[peak.k, i, peak.j, peak.f]),
+            short(reading.stress[peak]),
+            short(reading.strain[peak]),
             escape(f"{reading.place(peak).removeprefix('at ')}, {reading.fibres[peak.f]}"),
             reading.at(peak.k),
-            short(reading.bent[bent.k, i, bent.j, 0]),
+            short(reading.bent[bent]),
             escape(reading.place(bent).removeprefix("at ")),
         )
-    return table
-
-
-def _left_out(reading: Reading) -> list[Text]:
-    """Say how many members the table leaves out, and how much they are stressed."""
     if not (others := reading.ranked[MOST_MEMBERS:]):
-        return []
+        return [table]
     most = short(float(np.abs(reading.stress[:, others[0]]).max()))
-    return [Text(f"and {len(others)} more, none above {most} {reading.units.label('stress')}: see the report")]
+    return [table, Text(f"and {len(others)} more, none above {most} {reading.units.label('stress')}: see the report")]
 
 
 def _joints(reading: Reading) -> Table:
@@ -215,11 +169,11 @@ def _joints(reading: Reading) -> Table:
     ranked = [int(n) for n in np.argsort(-reading.force.max(axis=0), kind="stable")]
     widths = np.cumsum([max(len(reading.joints[n]), LEAST_COLUMN) + 2 for n in ranked])
     shown = sorted(ranked[: max(int((widths <= JOINTS_WIDTH).sum()), 1)])
-    table = _grid("joint", *(escape(reading.joints[n]) for n in shown))
+    table = plain_table("joint", *(escape(reading.joints[n]) for n in shown))
     table.add_row(f"force, {reading.units.label('force')}", *(short(float(reading.force[:, n].max())) for n in shown))
     table.add_row("at", *(reading.at(int(reading.force[:, n].argmax())) for n in shown))
     if len(shown) < len(ranked):
-        table.caption, table.caption_justify = f"the largest of {len(ranked)} joints", "left"
+        table.caption = f"the largest of {len(ranked)} joints"
     return table
 
 
@@ -246,10 +200,7 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
     rows |= {} if result.cases else {"effects": _effects(result)}
     rows |= {"assumed": "; ".join(result.notices)} if result.notices else {}
     rows |= {} if result.cases else {"damped by": damping_of(result.scene)}
-    table = Table.grid(padding=(0, 2))
-    for name, text in rows.items():
-        table.add_row(name, escape(text))
-    return table
+    return rows_table(rows)
 
 
 def _shakes(reading: Reading) -> str:

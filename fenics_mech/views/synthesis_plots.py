@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 
 from fenics_mech._constants import MILLI
 from fenics_mech.scene import FunctionTask, PathTask
-from fenics_mech.studies.synthesis.planar_four_bar import Complex
 from fenics_mech.views.figures import COLOURS, empty_figure, finish
 
 if TYPE_CHECKING:
@@ -21,13 +20,7 @@ FADED = 0.35  # of those that are not the first
 
 
 def synthesis_figure(found: Synthesised) -> Figure:
-    """Draw a synthesised four-bar.
-
-    Parameters
-    ----------
-    found
-        The four-bar.
-    """
+    """Draw a synthesised four-bar."""
     figure, ((left, right),) = empty_figure(columns=2, height=4.2, shared=False)
     _draw_links(left, found)
     _draw_curve(right, found)
@@ -54,19 +47,12 @@ def _draw_links(axes: Axes, found: Synthesised) -> None:
             axes.plot(whole.real, whole.imag, color=COLOURS[1], lw=0.8, alpha=FADED)
         points = linkage.points(course.angles) * MILLI
         axes.plot(points.real, points.imag, color=COLOURS[1], label="point of the coupler")
-        asked = _asked(found) * MILLI
+        places = found.task.path if isinstance(found.task, PathTask) else [pose.at for pose in found.task.positions]
+        asked = np.array([complex(*place) for place in places]) * MILLI
         axes.plot(asked.real, asked.imag, "x", color="black", label="asked")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("X (mm)")
     finish(axes, linkage.kind[:1].upper() + linkage.kind[1:], "Y (mm)", columns=2)
-
-
-def _asked(found: Synthesised) -> Complex:
-    """Places that the point of the coupler is to pass (m), as x + i y."""
-    task = found.task
-    assert not isinstance(task, FunctionTask)
-    places = task.path if isinstance(task, PathTask) else [pose.at for pose in task.positions]
-    return np.array([complex(*place) for place in places])
 
 
 def _draw_curve(axes: Axes, found: Synthesised) -> None:
@@ -80,9 +66,8 @@ def _draw_curve(axes: Axes, found: Synthesised) -> None:
         shift = 2 * np.pi * np.round((task.follower[0] - follower[0]) / (2 * np.pi)) if len(task.follower) == 3 else 0.0
         axes.plot(crank, np.degrees(follower + shift), color=COLOURS[0], label="four-bar")
         asked = follower[0] + shift + np.array(task.follower) - task.follower[0]
-        axes.plot(
-            np.degrees(course.start + np.array(course.turned)), np.degrees(asked), "x", color="black", label="asked"
-        )
+        at = np.degrees(course.start + np.array(course.turned))
+        axes.plot(at, np.degrees(asked), "x", color="black", label="asked")
         finish(axes, "Function", "angle of the follower (deg)")
         return
     axes.plot(crank, np.degrees(linkage.transmission(course.angles)), color=COLOURS[0])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from rich import box
@@ -11,30 +12,25 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
+from scipy.integrate import trapezoid
 
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.known import GRAVITY
 from fenics_mech.errors import percent
-from fenics_mech.kinematics import Range
+from fenics_mech.machine.reach import Range
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.scene.in_space import SpatialScene
-from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, Line, LineSpring
+from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, Line
 
 NO_GRAVITY = 'gravity: none is stated; gravity = [0, "-9.81 m/s^2"] lets it act'
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
 
 
 def effects_table(choices: Sequence[Choice]) -> Group:
-    """Tabulate the effects that act or whose influence is known: size, whether they act, and what they are.
-
-    Parameters
-    ----------
-    choices
-        What was decided about every effect.
-    """
+    """Tabulate the effects that act or whose influence is known: size, whether they act, and what they are."""
     lines = [Text("Influences are shares of the strains. --compare measures them, by runs with effects added in turn.")]
     table = table_of("Effects with effects = 'auto'", "effect", "influence", "acts", "what it is")
     table.columns[-1].justify = "left"
@@ -62,8 +58,10 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
         elements = len(mesh.stations) - 1 if mesh.stations else mesh.elements
         length = f"{math.dist(*scene.member_ends(label)):.6g}"
         table.add_row(escape(label), length, member.section, member.material, str(elements))
-    counted = {"link": len(scene.links), "joint": len(scene.joints), "point mass": len(scene.masses)}
-    counts = ", ".join(_count(number, name) for name, number in counted.items() if number or name != "point mass")
+    counted = {"link": len(scene.links), "joint": len(scene.joints)}
+    counts = ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counted.items())
+    if masses := len(scene.masses):
+        counts += f", {masses} point mass{'es' * (masses != 1)}"
     low, high = (f"{np.degrees(limit):.6g}\N{DEGREE SIGN}" for limit in (reach.low, reach.high))
     turns = "The drive turns through the whole cycle." if reach.turns else f"The drive turns from {low} to {high} only."
     if not scene.drives:
@@ -71,7 +69,7 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
     lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}")]
     turns += f" Mobility {mobility(scene)} by Gruebler's count."
     lines += [table, _in_si(scene)] if scene.members() else []
-    lines += [*(Text(line) for line in _acting(scene)), *(Text(line) for line in _cases(scene)), Text(turns)]
+    lines += [*map(Text, _acting(scene)), Text(turns)]
     for critical in reach.critical:
         if critical.kind != "worst transmission":
             lines.append(Text(f"{critical.kind} at {_degrees(critical.theta)} ({', '.join(critical.links)})"))
@@ -86,35 +84,20 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
     return Group(*lines)
 
 
-def _cases(scene: Scene) -> Iterator[str]:
-    """Tell what each load case changes."""
-    for case in scene.cases:
-        changes = [f"{path} = {value}" for path, value in case.values.items()]
-        changes += [f"without {' and '.join(case.off)}"] if case.off else []
-        yield f"load case {case.name}: {', '.join(changes) or 'the scene as it stands'}"
-
-
 def _in_si(scene: Scene) -> Table:
     """Tabulate mass and stiffness of the members, in which a wrong unit shows."""
     columns = "member", "mass (kg)", "EA (N)", "EI (N m^2)", "radius of\ngyration (mm)"
     table, s = table_of("The same in SI, at mid-span where they vary", *columns), np.linspace(0, 1, 101)
     for label in scene.members():
         rigidity = scene.rigidity(label, s)
-        density = rigidity.line_density
-        mean = float(np.sum(np.diff(s) * (density[1:] + density[:-1]) / 2))
-        mass = mean * math.dist(*scene.member_ends(label))
+        mass = float(trapezoid(rigidity.line_density, s)) * math.dist(*scene.member_ends(label))
         ea, ei = float(rigidity.axial[50]), float(rigidity.bending[50])
         table.add_row(escape(label), number(mass), number(ea), number(ei), number(1e3 * math.sqrt(ei / ea)))
     return table
 
 
-def _count(number: int, name: str) -> str:
-    plural = "" if number == 1 else "es" if name.endswith("s") else "s"
-    return f"{number} {name}{plural}"
-
-
 def _acting(scene: Scene) -> Iterator[str]:
-    """Say which rigid links, masses, springs, dampers and joint laws there are, and which loads act, in SI."""
+    """Say which rigid links, masses, springs, dampers and joint laws there are, which loads act in SI, and cases."""
     for name, link in scene.links.items():
         if body := link.rigid:
             yield (
@@ -125,7 +108,13 @@ def _acting(scene: Scene) -> Iterator[str]:
         turning = f" and {number(mass.inertia)} kg m^2" if mass.inertia else ""
         yield f"mass {name}: {number(mass.mass)} kg{turning} at {mass.at}"
     for name, spring in scene.springs.items():
-        yield f"spring {name}: " + _spring(spring)
+        if isinstance(spring, HingeSpring):
+            free = None if spring.angle is None else f"free angle {_degrees(spring.angle)}"
+            text, kind = f"{number(spring.stiffness)} N m/rad at joint {spring.joint}", "angle"
+        else:
+            free = None if spring.length is None else f"free length {number(spring.length)} m"
+            text, kind = f"{number(spring.stiffness)} N/m {_span(spring)}", "length"
+        yield f"spring {name}: {text}, {free or f'free {kind} as at drive angle 0'}"
     for name, damper in scene.dampers.items():
         where = f"N m s/rad at joint {damper.joint}" if isinstance(damper, HingeDamper) else f"N s/m {_span(damper)}"
         yield f"damper {name}: {number(damper.damping)} {where}"
@@ -143,17 +132,10 @@ def _acting(scene: Scene) -> Iterator[str]:
         between = "" if load.over_cycle is None else f" from {low} to {high}"
         varies = "" if load.factor is None else f", times a factor{between} ({load.factor.kind})"
         yield f"load {name}: {what} {where}{varies}"
-
-
-def _spring(spring: LineSpring | HingeSpring) -> str:
-    """Write stiffness, place and free length or angle of a spring."""
-    if isinstance(spring, HingeSpring):
-        free = None if spring.angle is None else f"free angle {_degrees(spring.angle)}"
-        text, kind = f"{number(spring.stiffness)} N m/rad at joint {spring.joint}", "angle"
-    else:
-        free = None if spring.length is None else f"free length {number(spring.length)} m"
-        text, kind = f"{number(spring.stiffness)} N/m {_span(spring)}", "length"
-    return f"{text}, {free or f'free {kind} as at drive angle 0'}"
+    for case in scene.cases:
+        changes = [f"{path} = {value}" for path, value in case.values.items()]
+        changes += [f"without {' and '.join(case.off)}"] if case.off else []
+        yield f"load case {case.name}: {', '.join(changes) or 'the scene as it stands'}"
 
 
 def _span(line: Line) -> str:
@@ -170,12 +152,29 @@ def _degrees(angle: float) -> str:
     return f"{0 if degrees == 360 else degrees:.6g}\N{DEGREE SIGN}"
 
 
-def table_of(title: str, first: str, *others: str) -> Table:
+def table_of(title: str, first: str, *others: str, caption: str | None = None) -> Table:
     """Make an empty table: its first column to the left, with whole names, the others to the right."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left", title_style="bold")
+    look: dict[str, Any] = {"box": box.SIMPLE_HEAD, "pad_edge": False, "title_justify": "left", "title_style": "bold"}
+    table = Table(title=title, caption=caption, caption_justify="left", **look)
     table.add_column(first, overflow="fold")
     for column in others:
         table.add_column(column, justify="right")
+    return table
+
+
+def plain_table(*columns: str) -> Table:
+    """Make an empty table without lines; columns whose head ends in "<" stand to the left."""
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="", caption_justify="left")
+    for n, column in enumerate(columns):
+        table.add_column(column.removesuffix("<"), justify="left" if column.endswith("<") or not n else "right")
+    return table
+
+
+def rows_table(rows: Mapping[str, str]) -> Table:
+    """Write texts beside their names."""
+    table = Table.grid(padding=(0, 2))
+    for name, text in rows.items():
+        table.add_row(name, escape(text))
     return table
 
 

@@ -14,15 +14,7 @@ UNSEEN = 5e-4  # share below which a percentage has no digits
 
 
 def short(value: float, digits: int = 3) -> str:
-    """Round a number to significant digits.
-
-    Parameters
-    ----------
-    value
-        The number.
-    digits
-        How many digits are kept.
-    """
+    """Round a number to significant digits."""
     if not math.isfinite(value):
         return "\N{EN DASH}"
     if value == 0:
@@ -35,45 +27,22 @@ def short(value: float, digits: int = 3) -> str:
 
 
 def in_degrees(angle: float) -> str:
-    """Write a drive angle within the turn, in degrees to one decimal.
-
-    Parameters
-    ----------
-    angle
-        The angle (rad).
-    """
+    """Write a drive angle within the turn, in degrees to one decimal."""
+    # angle: the angle (rad)
     degrees = round(math.degrees(round(angle, 12) % TURN), 1)
     return f"{0 if degrees == 360 else degrees:g}{DEGREE}"
 
 
 def share(value: float) -> str:
-    """Write a share in percent, as "less than 0.1 %" where it is small.
-
-    Parameters
-    ----------
-    value
-        The share, 1 being the whole.
-    """
+    """Write a share in percent, as "less than 0.1 %" where it is small."""
     return percent(value) if value >= UNSEEN or not math.isfinite(value) else "less than 0.1 %"
 
 
 def error_share(value: float) -> str:
-    """Write an error in percent as `share` does; from 100 % on no more than that is known of it.
-
-    Parameters
-    ----------
-    value
-        The error, 1 being all of what it is measured by.
-    """
+    """Write an error in percent as `share` does; from 100 % on no more than that is known of it."""
     return share(value) if value < UNSEEN else percent_of_error(value)
 
 
 def sentence(text: str) -> str:
-    """Begin a text with a capital letter, and leave the rest as it is.
-
-    Parameters
-    ----------
-    text
-        The text.
-    """
+    """Begin a text with a capital letter, and leave the rest as it is."""
     return text[:1].upper() + text[1:]

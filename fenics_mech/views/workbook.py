@@ -20,7 +20,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.exports import KIND_OF
 from fenics_mech.recovery.variables import ATTRIBUTES, STRAINS
 from fenics_mech.scene import Prismatic, Slot
-from fenics_mech.views.case_sheets import case_sheets
+from fenics_mech.views.case_tables import case_sheets
 from fenics_mech.views.judgements import SOURCES, headline, judgements, verdict
 from fenics_mech.views.reading import SECTION_FORCES, ForceReading, Reading, reading_of, reading_of_a_file
 from fenics_mech.views.safety_words import safety_sentences
@@ -46,21 +46,11 @@ PARTS = {"component": "{}", "s": "s = {:g}"}  # how a place along a dimension is
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table.
+    """A table."""
 
-    Parameters
-    ----------
-    name
-        Name of the sheet.
-    head
-        Heads of its columns, with their units.
-    rows
-        Its rows.
-    """
-
-    name: str
-    head: tuple[str, ...]
-    rows: Iterable[Row]
+    name: str  # name of the sheet
+    head: tuple[str, ...]  # heads of its columns, with their units
+    rows: Iterable[Row]  # its rows
 
 
 def write_workbook(result: Result, path: str | Path, every: int = 1) -> Path:
@@ -110,20 +100,7 @@ def write_workbook(result: Result, path: str | Path, every: int = 1) -> Path:
 
 
 def sheets_of(result: Result, every: int = 1) -> list[Sheet]:
-    """Give the sheets of a result.
-
-    Parameters
-    ----------
-    result
-        The result.
-    every
-        Of how many positions one is told.
-
-    Raises
-    ------
-    ViewError
-        When there are more cells or columns than a file for spreadsheets may have.
-    """
+    """Give the sheets of a result."""
     reading, data = reading_of(result), result.data.isel(theta=slice(None, None, every))
     tables = [Sheet("summary", ("", ""), _summary(reading))]
     if result.cases:
@@ -138,17 +115,11 @@ def sheets_of(result: Result, every: int = 1) -> list[Sheet]:
         tables.append(_errors(reading))
     curves: dict[str, list[str]] = {}
     for name in filter(ATTRIBUTES.__contains__, map(str, data.data_vars)):
-        if "theta" in data[name].dims and data[name].dtype.kind in "fi":
-            curves.setdefault(_group(name, data[name]), []).append(name)
+        if "theta" in (dims := data[name].dims) and data[name].dtype.kind in "fi":
+            sheet = next((sheet for dimension, sheet in GROUPS.items() if dimension in dims), OTHER)
+            curves.setdefault(name.replace("_", " ") if "s" in dims else sheet, []).append(name)
     _refuse_too_large(data, curves)
     return [*tables, *(_curves(reading, data, *group) for group in curves.items()), _values(reading, data)]
-
-
-def _group(name: str, values: xr.DataArray) -> str:
-    """Name the sheet of a variable: one of its own where it has places along members."""
-    if "s" in values.dims:
-        return name.replace("_", " ")
-    return next((sheet for dimension, sheet in GROUPS.items() if dimension in values.dims), OTHER)
 
 
 def _refuse_too_large(data: xr.Dataset, curves: dict[str, list[str]]) -> None:
@@ -215,23 +186,12 @@ def _members(reading: Reading) -> Sheet:
     head += [f"largest deflection ({length})", f"its distance ({length})", f"its {at}", *more]
     rows = []
     for i in reading.ranked:
-        peak, bent = reading.peaks[i], reading.peak(reading.bent, i)
+        (k, _, j, f), bent = reading.peaks[i], reading.peak(reading.bent, i)
         long = reading.lengths[i] / units.size("length")
-        rows.append(
-            [
-                reading.members[i],
-                reading.stress[peak.k, i, peak.j, peak.f],
-                reading.strain[peak.k, i, peak.j, peak.f],
-                reading.s[peak.j] * long,
-                reading.ends[i][0],
-                reading.fibres[peak.f],
-                places[peak.k],
-                reading.bent[bent.k, i, bent.j, 0],
-                reading.s[bent.j] * long,
-                places[bent.k],
-                *(column[i] for column in more.values()),
-            ]
-        )
+        row = [reading.members[i], reading.stress[k, i, j, f], reading.strain[k, i, j, f], reading.s[j] * long]
+        row += [reading.ends[i][0], reading.fibres[f], places[k]]
+        row += [reading.bent[bent], reading.s[bent.j] * long, places[bent.k]]
+        rows.append([*row, *(column[i] for column in more.values())])
     return Sheet("members", tuple(head), rows)
 
 
@@ -278,18 +238,13 @@ def _curves(reading: ForceReading, data: xr.Dataset, sheet: str, names: Sequence
     if reading.scene.drives:
         head, columns = ["drive angle (deg)", *head], [np.degrees(data["theta"].to_numpy())[:, None], *columns]
     for name in names:
-        values, others = _over_theta(data[name])
+        others = [str(dimension) for dimension in data[name].dims if dimension != "theta"]
+        values = data[name].transpose("theta", *others).to_numpy().reshape(data.sizes["theta"], -1)
         unit, size = _units(reading, data[name])
         labels = [", ".join(filter(None, [name.replace("_", " "), *label])) for label in _labels(data[name], others)]
-        head += [_headed(label, one) for label, one in zip(labels, np.resize(unit, len(labels)))]
+        head += [one if of == "1" else f"{one} ({of})" for one, of in zip(labels, np.resize(unit, len(labels)))]
         columns.append(values / size)
     return Sheet(sheet, tuple(head), np.concatenate(columns, axis=1))
-
-
-def _over_theta(values: xr.DataArray) -> tuple[Array, list[str]]:
-    """Values as ``(angles, all else)``, and the other dimensions in their order."""
-    others = [str(dimension) for dimension in values.dims if dimension != "theta"]
-    return values.transpose("theta", *others).to_numpy().reshape(values.sizes["theta"], -1), others
 
 
 def _labels(values: xr.DataArray, dimensions: Sequence[str]) -> Iterator[tuple[str, ...]]:
@@ -303,10 +258,6 @@ def _labels(values: xr.DataArray, dimensions: Sequence[str]) -> Iterator[tuple[s
     return product(*names)
 
 
-def _headed(label: str, unit: str) -> str:
-    return label if unit == "1" else f"{label} ({unit})"
-
-
 def _units(reading: ForceReading, values: xr.DataArray) -> tuple[list[str], Array]:
     """Units in which a variable is told, one for all or one for each column, and their sizes in SI."""
     name = str(values.name)
@@ -315,39 +266,29 @@ def _units(reading: ForceReading, values: xr.DataArray) -> tuple[list[str], Arra
     if "freedom" in values.dims and in_si.startswith("rad"):
         slides = [isinstance(reading.scene.joints[str(one)], Slot | Prismatic) for one in values["freedom"].to_numpy()]
         units = [in_si.replace("rad", "m") if slide else in_si for slide in slides]
-    found = []
-    for unit in units:
-        kind = "strain" if name in STRAINS else KIND_OF.get(unit, "")
-        found.append((reading.units.label(kind), reading.units.size(kind)) if kind else (unit, 1.0))
-    sizes = np.array([size for _, size in found])
-    return [label for label, _ in found], sizes if len(found) > 1 else sizes[0]
+    kinds = ["strain" if name in STRAINS else KIND_OF.get(unit, "") for unit in units]
+    sizes = np.array([reading.units.size(kind) if kind else 1.0 for kind in kinds])
+    labels = [reading.units.label(kind) if kind else unit for kind, unit in zip(kinds, units)]
+    return labels, sizes if len(kinds) > 1 else sizes[0]
 
 
 def _values(reading: ForceReading, data: xr.Dataset) -> Sheet:
     """Give all numbers that are not over the positions, one a row, with what they are of."""
-
-    def rows() -> Iterator[Row]:
-        for name in filter(ATTRIBUTES.__contains__, map(str, data.data_vars)):
-            values = data[name]
-            if "theta" in values.dims or values.dtype.kind not in "fi" or name == "state":
-                continue
-            unit, size = _units(reading, values)
-            told = np.atleast_1d(values.to_numpy()).ravel() / size
-            labels = _labels(values, [str(dimension) for dimension in values.dims])
-            for label, value, one in zip(labels, told, np.resize(unit, len(told))):
-                yield name.replace("_", " "), ", ".join(label), float(value), "" if one == "1" else str(one)
-
-    return Sheet("values", ("value", "of", "number", "unit"), rows())
+    rows: list[Row] = []
+    for name in filter(ATTRIBUTES.__contains__, map(str, data.data_vars)):
+        values = data[name]
+        if "theta" in values.dims or values.dtype.kind not in "fi" or name == "state":
+            continue
+        unit, size = _units(reading, values)
+        told = np.atleast_1d(values.to_numpy()).ravel() / size
+        labels = _labels(values, [str(dimension) for dimension in values.dims])
+        for label, value, one in zip(labels, told, np.resize(unit, len(told))):
+            rows.append((name.replace("_", " "), ", ".join(label), float(value), "" if one == "1" else str(one)))
+    return Sheet("values", ("value", "of", "number", "unit"), rows)
 
 
 def _book(sheets: Sequence[Sheet]) -> Any:
-    """Make the file's content in openpyxl.
-
-    Raises
-    ------
-    ViewError
-        When openpyxl is not installed.
-    """
+    """Make the file's content in openpyxl."""
     try:
         from openpyxl import Workbook  # noqa: PLC0415  (an extra that few need)
     except ImportError as error:
@@ -361,7 +302,8 @@ def _book(sheets: Sequence[Sheet]) -> Any:
         if any(table.head):
             sheet.append([_text(sheet, text, bold=True) for text in table.head])
         for row in table.rows:
-            sheet.append([_text(sheet, cell) if isinstance(cell, str) else _number(cell) for cell in row])
+            cells = (_text(sheet, cell) if isinstance(cell, str) else float(cell) for cell in row)
+            sheet.append([None if isinstance(cell, float) and not isfinite(cell) else cell for cell in cells])
     return book
 
 
@@ -378,8 +320,3 @@ def _text(sheet: Any, text: str, bold: bool = False) -> Any:
     if bold:
         cell.font = Font(bold=True)
     return cell
-
-
-def _number(value: Any) -> float | None:
-    """Give a number, and an empty cell where there is none."""
-    return float(value) if isfinite(value) else None

@@ -9,7 +9,7 @@ from fenics_mech.beams.element_matrices import assemble_beams
 from fenics_mech.beams.export import plane_mesh, write_mesh
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.errors import ResultError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene.factories import seed_four_bar
 from tests.validation.reference.nine_element import element_mass, element_stiffness
 

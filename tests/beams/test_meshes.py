@@ -8,7 +8,7 @@ from fenics_mech.beams.element_matrices import assemble_beams
 from fenics_mech.beams.export import plane_mesh
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import refined
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import nodes_of

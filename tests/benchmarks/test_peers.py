@@ -10,7 +10,7 @@ import pytest
 from benchmarks.peers.exudyn_cycle import BeamStates, Integration, steady_cycle
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.other_programs.beam_linkage import beam_linkage, exported_linkage, with_material_damping
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar, slider_crank

@@ -9,7 +9,7 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.errors import AssemblyError, SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 
 CASES = Path(__file__).parent / "scenes"
 

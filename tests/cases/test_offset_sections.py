@@ -11,7 +11,7 @@ import fenics_mech as fm
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.plausibility import implausible
 from fenics_mech.studies.natural_frequencies import modes
-from fenics_mech.views.skeleton import Skeleton
+from fenics_mech.views.model_plots import Skeleton
 
 CASES = Path(__file__).parent / "scenes"
 E, RHO, WIDTH, HEIGHT, LENGTH, LOAD = 210e9, 7850.0, 0.05, 0.1, 2.0, 20e3

@@ -8,7 +8,7 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.studies.natural_frequencies import modes
 from tests.common import DEMOS
 

@@ -5,7 +5,7 @@ import pytest
 
 from fenics_mech import load, modes, sweep
 from fenics_mech.answers.modes_by_poses import HeldMachine, over_cycle
-from fenics_mech.views.resonances import peak_of_speed, resonances_of
+from fenics_mech.views.sweep_data import peak_of_speed, resonances_of
 from tests.cases.turning_beams import ritz
 from tests.common import DEMOS, ROOT
 

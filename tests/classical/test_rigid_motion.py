@@ -5,8 +5,8 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.classical.bodies import Bodies
-from fenics_mech.kinematics import solve_motion
 from fenics_mech.machine.from_scene import machine_of
+from fenics_mech.machine.linkage import solve_motion
 from tests.common import DEMOS
 
 FRAMES = ["four_bar", "slider_crank", "watt", "counterweighted_rocker", "manipulator"]

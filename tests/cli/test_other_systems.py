@@ -3,13 +3,11 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-from fenics_mech import _system, analyse, load
+from fenics_mech import analyse, load
 from fenics_mech._constants import INTERRUPTED
-from fenics_mech._system import peak_memory
 from tests.common import DEMOS, ROOT
 
 WITHOUT = """
@@ -92,12 +90,3 @@ def test_an_interrupt_that_a_library_drops_ends_the_command_without_alarms_too()
     )
     assert done.returncode == INTERRUPTED
     assert done.stderr.splitlines()[-1] == "interrupted"
-
-
-def test_memory_is_told_where_there_is_no_proc(monkeypatch):
-    here = peak_memory()
-    monkeypatch.setattr(_system, "Path", lambda path: Path("/none") / path.lstrip("/"))
-    kept = _system.peak_memory() * 1024  # here Linux gives kB; macOS gives bytes
-    assert 0.9 * here < kept  # that of the program that started this one may be larger
-    monkeypatch.setattr(_system, "resource", None)
-    assert _system.peak_memory() == 0

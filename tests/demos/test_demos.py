@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 
 ALUMINIUM = {"e": 71e9, "rho": 2714.0}
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 
 
 def test_moment_has_its_kink_at_the_pin(scene_of):

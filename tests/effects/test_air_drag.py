@@ -5,7 +5,7 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene
 
 LENGTH, WIDTH, HEIGHT, SPEED = 0.5, 0.02, 0.005, 20.0

@@ -5,7 +5,7 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError, SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 

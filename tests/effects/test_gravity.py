@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene.factories import seed_four_bar
 from tests.effects import strips
 from tests.effects.strips import INERTIA, RHO, A, E, L

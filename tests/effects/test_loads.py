@@ -8,7 +8,7 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.effects import active, loads_at_nodes
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.planning.sampling_checks import refuse_undersampled
 from fenics_mech.scene.applied_loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
 from fenics_mech.scene.factories import seed_four_bar

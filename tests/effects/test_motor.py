@@ -7,7 +7,7 @@ from scipy.optimize import root
 
 from fenics_mech import analyse, load
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS, response_of

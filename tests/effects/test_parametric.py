@@ -14,9 +14,9 @@ from scipy.optimize import brentq
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SolverError
 from fenics_mech.scene import Scene, load
-from fenics_mech.studies.sweep import run_sweep
+from fenics_mech.studies.sweep import sweep as run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
-from fenics_mech.views.sweep_maps import stability_map
+from fenics_mech.views.sweep_plots import stability_map
 from tests.common import DEMOS, response_of
 
 LENGTH, WIDTH, HEIGHT, DENSITY, MODULUS, DAMPING, DEAD = 0.5, 0.02, 0.002, 7850.0, 206e9, 3.0, 32.5

@@ -9,7 +9,7 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError, SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene, parse
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import modes_of

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from fenics_mech.analysis import analyse
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.studies.follow import follow
 from tests.effects import strips
 from tests.effects.turned_machine import four_bar

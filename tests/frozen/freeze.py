@@ -25,7 +25,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # sums over threads differ in the
 import numpy as np
 
 from fenics_mech import MechanismError, analyse, load
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
 from tests.frozen.told_errors import EXACT, told
 
 FOLDER = Path(__file__).parent

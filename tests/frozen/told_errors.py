@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
 
 EXACT = 2e-8  # of what follows from closed loops alone: they are closed to 1e-12, and numbers kept to 2^-27 = 7e-9
 MEASURED_BY = {  # the quantity of whose error a variable has the same share

@@ -9,9 +9,9 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech._petsc import PETSc, configured
-from fenics_mech._sparse import Stack
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
-from fenics_mech.kinematics import assembly, solve_motion
+from fenics_mech.machine import led_from_scene
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene, load
 from tests.common import DEMOS
 
@@ -81,19 +81,8 @@ def test_a_spring_that_makes_the_straight_mechanism_unstable_bends_it():
     assert float(data["relative_error"].max()) < 0.01
 
 
-class Pressed:
-    """An equation whose straight links have the stiffness ``K + tension G``."""
-
-    def __init__(self, stiffness, geometric):
-        self.parts, self.system = (stiffness, geometric), None
-
-    def straight(self, tension):
-        stiffness, geometric = self.parts
-        return type("Tangents", (), {"stiffness": Stack.of_full(stiffness + tension[:, :1, None] * geometric)})
-
-
 def test_a_law_that_changes_too_often_is_refused(monkeypatch):
-    monkeypatch.setattr(assembly, "ASSEMBLY", assembly.AssemblyLimits(most_steps=200))  # of 10,000, which take a minute
+    monkeypatch.setattr(led_from_scene, "MOST", 200)  # of 10,000, which take a minute
     data = tomllib.loads((DEMOS / "manipulator.toml").read_text())
     data["drive"][0]["law"] = {"kind": "expression", "formula": "0.5*sin(100*theta)"}
     with pytest.raises(AssemblyError, match=r"after 200 steps the drive is at .* link upper_arm turns fastest"):

@@ -13,7 +13,7 @@ from scipy.special import ellipk, mathieu_a, mathieu_b
 
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from tests.common import DEMOS, response_of

@@ -12,7 +12,8 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
-from fenics_mech.kinematics import reachable_range, solve_motion
+from fenics_mech.machine.linkage import solve_motion
+from fenics_mech.machine.reach import reachable_range
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar
 from tests.common import response_of

@@ -5,7 +5,7 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech._console import text_of
-from fenics_mech.kinematics import reachable_range
+from fenics_mech.machine.reach import reachable_range
 from fenics_mech.views.tables import scene_overview
 from tests.common import DEMOS
 from tests.joints import clearance_program as program

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.machine.from_scene import machine_of
+from fenics_mech.machine.stated_freedoms import with_freedoms
 from tests.joints.scenes import bar
 from tests.joints.test_bending import slider_crank
 

@@ -8,7 +8,7 @@ from fenics_mech.joints.bent_guide import BentGuide
 from fenics_mech.joints.joint_state import Wrench
 from fenics_mech.joints.link_states import BodyForces, LinkStates, cross, quarter
 from fenics_mech.joints.side_contact import OneSide
-from fenics_mech.kinematics.linkage import start_motion
+from fenics_mech.machine.linkage import start_motion
 from tests.joints.test_bending import BY_POSES, link
 
 INERTIA = 0.02  # of the anvil (kg m^2): so light that the hammer goes on, and its friction keeps its sense

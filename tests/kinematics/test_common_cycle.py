@@ -7,7 +7,7 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene
 
 LENGTH = 0.5

@@ -7,8 +7,6 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.errors import AssemblyError, MechanismError
-from fenics_mech.kinematics.free_linkage import FreeLinkage
-from tests.common import DEMOS
 
 A, D = 0.1, 0.3  # crank and ground (m); a rod of D and a rocker of A make a parallelogram
 
@@ -44,22 +42,6 @@ def rocker_angle(theta, rod, rocker):
     diagonal = A * np.exp(1j * theta) - D
     size = np.abs(diagonal)
     return np.angle(diagonal * np.exp(-1j * np.arccos((size**2 + rocker**2 - rod**2) / (2 * size * rocker))))
-
-
-def followed(scene, ahead):
-    """Coordinates of the links where the first freedom is ahead of its start by angles (rad), each from the start."""
-    linkage = FreeLinkage(scene)
-    given = next(iter(scene.freedoms.values())).start + np.asarray(ahead, dtype=float)[:, None]
-    return linkage.pose(np.zeros(len(given)), given, np.tile(linkage.start, (len(given), 1)))
-
-
-# the parts of the way become as short as the gap: 1e-6 m asks for a transmission angle of 6e-3 rad
-@pytest.mark.parametrize("gap", [1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 1e-2])
-def test_links_pass_a_change_point_by_a_hair(gap):
-    ahead = np.linspace(-6, 6, 25)
-    angle = followed(four_bar(D, A + gap), ahead)[:, 8]
-    # 1e-9: the loops close to 1e-13 of their size, over the transmission angle
-    assert np.abs(np.exp(1j * angle) - np.exp(1j * rocker_angle(1 + ahead, D, A + gap))).max() < 1e-9
 
 
 @pytest.mark.parametrize("gap", [1e-5, 3e-4])
@@ -104,21 +86,3 @@ def test_a_crank_that_locks_is_refused(longer):
     time = float(re.search(r"at (\S+) s", str(found.value))[1])
     assert time == pytest.approx((2 * np.pi - least - 1.0) / 5.0, rel=1e-4)  # the flywheel is 1e4 times as heavy
     assert "damping" not in str(found.value)
-
-
-def test_legs_follow_a_long_way_as_they_follow_a_short_one():
-    scene = fm.load(DEMOS / "free_motion/walking_legs.toml")
-    linkage, ahead = FreeLinkage(scene), np.linspace(-6, 6, 13)
-    found = followed(scene, ahead)
-    for sense in (-1, 1):
-        q = linkage.start[None]
-        for angle in sense * np.arange(1, 601) / 100:
-            q = linkage.pose(np.zeros(1), np.array([[angle]]), q)
-            if (same := np.isclose(ahead, angle)).any():
-                np.testing.assert_allclose(found[same], q, rtol=0, atol=1e-11)
-
-
-@pytest.mark.parametrize("ahead", [7.0, 1e6, np.inf, np.nan])
-def test_a_guess_that_is_far_away_is_refused_at_once(ahead):
-    with np.errstate(invalid="ignore"), pytest.raises(AssemblyError, match="more than a turn at once"):
-        followed(four_bar(D, 1.2 * A), [ahead])

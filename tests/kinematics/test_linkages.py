@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import four_bar, manipulator, quick_return, slider_crank
 from tests.common import DEMOS

@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fenics_mech.errors import AssemblyError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from tests.demos.machines import piston, welded_arm

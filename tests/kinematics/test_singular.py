@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import load
-from fenics_mech.kinematics import reachable_range
+from fenics_mech.machine.reach import reachable_range
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 
 SECTION = {"area": 1e-4, "inertia": 1e-10, "fibre": 1e-3}

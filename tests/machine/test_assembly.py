@@ -9,7 +9,6 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.errors import AssemblyError, SceneError
-from fenics_mech.kinematics import solve_motion, start_motion
 from fenics_mech.machine.assembly import assemblies, led
 from fenics_mech.machine.drawn_from_scene import _cycle, bodies_of
 from fenics_mech.machine.from_scene import machine_of
@@ -20,29 +19,6 @@ from tests.kinematics.test_motion import piston, seed_four_bar, welded_arm
 SCENES = [*DEMOS.glob("*.toml"), *DEMOS.glob("free_motion/*.toml"), *DEMOS.glob("joint_laws/*.toml")]
 SCENES += [CASES / f"{name}.toml" for name in ("missing_angles", "sticking_block", "knuckle_press", "side_buckling")]
 OF_TURNS = np.array([0.0, 0.0, 1.0])
-
-
-def off(scene):
-    """Give how far the links are from where the loop equations put them, over the size of the linkage."""
-    start, frames = start_motion(scene), bodies_of(scene).frames()
-    places = [point for body in (scene.ground, *scene.links.values()) for point in body.points.values()]
-    size = max(np.abs(places).max(), np.abs(start.position).max()) or 1.0
-    apart = [0.0]
-    for link, place, angle in zip(start.links, start.position[0], start.angle[0]):
-        found, axes = frames[link]
-        apart += [np.abs(found - place).max() / size, np.abs(axes[:, 0] - [np.cos(angle), np.sin(angle)]).max()]
-    return max(apart)
-
-
-@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
-def test_links_start_where_the_loop_equations_put_them(path):
-    scene = fm.load(path)
-    assert off(scene) < 1e-9  # both end at rounding, and most are at 1e-15
-
-
-@pytest.mark.parametrize("name", ["four_bar", "watt", "stephenson", "quick_return", "slider_crank", "manipulator"])
-def test_links_without_angles_start_where_the_loop_equations_put_them(name):
-    assert off(without_angles(fm.load(DEMOS / f"{name}.toml"))) < 1e-9
 
 
 def found_by_search(scene):
@@ -83,15 +59,6 @@ def test_links_of_any_size_start_alike(name, size):
     for link, (place, axes) in small.items():
         assert big[link][1] == pytest.approx(axes, abs=1e-9)
         assert big[link][0] / size == pytest.approx(place, abs=1e-9)
-
-
-def test_angles_of_links_over_the_cycle_are_those_of_the_loop_equations():
-    """Whole turns count, as springs at hinges tell them."""
-    scene = fm.load(DEMOS / "slider_crank.toml").changed({"drive.speed": "-60 rad/s"})
-    turned = bodies_of(scene).turned
-    motion = solve_motion(scene, scene.cycle_rate * np.linspace(0, scene.period, len(turned)))
-    assert turned[:, 1:] == pytest.approx(motion.angle, abs=1e-9)
-    assert turned[-1, 1] - turned[0, 1] == pytest.approx(-2 * np.pi)
 
 
 # Refusals

@@ -5,9 +5,9 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech._arrays import turned
-from fenics_mech.kinematics import solve_motion
 from fenics_mech.machine import mobility
 from fenics_mech.machine.from_scene import machine_of
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.solve import rigid_cycle
 from tests.common import DEMOS
 

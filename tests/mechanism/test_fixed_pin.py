@@ -12,7 +12,7 @@ from scipy.linalg import eigh, null_space
 
 from fenics_mech import analyse
 from fenics_mech.errors import MechanismError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene
 from tests.common import response_of
 

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from fenics_mech import Result, ResultError
 from fenics_mech.cli import app
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.recovery.variables import ATTRIBUTES, STRAINS
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of

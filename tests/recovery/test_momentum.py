@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import simpson
 
 from fenics_mech import analyse, load
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS, modes_of, response_of

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fenics_mech import Result, analyse
+from fenics_mech import Result, analyse, load
 from fenics_mech.errors import ResultError
 from fenics_mech.recovery.result import at_place
+from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import response_of
+from tests.common import DEMOS, response_of
 from tests.validation.reference.mecqbar import mecqbar
 
 
@@ -20,6 +21,15 @@ def periodic():
 @pytest.fixture(scope="module")
 def quasi_static():
     return analyse(seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 24}))
+
+
+def test_laws_along_slides_exert_forces_and_those_at_pins_moments():
+    rubbing = {"kind": "friction", "coefficient": 0.1}
+    laws = {"A": {**rubbing, "joint": "A", "radius": 0.01}, "B": {**rubbing, "joint": "B"}}
+    scene = load(DEMOS / "slider_crank.toml").changed({"joint_laws": laws, "analysis.method": "transient"})
+    for name, unit in (("A", "N m"), ("B", "N")):
+        data = xr.Dataset({"law_effort": (("theta", "law"), [[1.0]])}, {"theta": [0.0], "law": [name], "time": 0.0})
+        assert with_units(scene, data)["law_effort"].attrs["units"] == unit
 
 
 def test_quasi_static_joint_forces_are_mecqbars(quasi_static):
@@ -101,7 +111,7 @@ def test_ends_on_pins_carry_no_moment(periodic):
 
 def test_joint_force_is_the_members_end_force(periodic):
     # axial and shear force at the coupler's first end, turned into the fixed frame, balance the force of pin A
-    from fenics_mech.kinematics import solve_motion
+    from fenics_mech.machine.linkage import solve_motion
 
     angle = solve_motion(periodic.scene, periodic.data["theta"].to_numpy()).angle[:, 1]
     end = periodic.data.sel(member="coupler", s=0)

@@ -43,7 +43,7 @@ def test_cantilever_under_an_end_load():
 
 def test_four_bar_held_against_a_load_needs_the_torque_of_virtual_work():
     # the load on B does work as B moves with the crank: torque d theta + F . dr_B = 0
-    from fenics_mech.kinematics import solve_motion
+    from fenics_mech.machine.linkage import solve_motion
 
     force, position = np.array([5.0, -3.0]), 0.7
     scene = seed_four_bar(
@@ -58,7 +58,7 @@ def test_four_bar_held_against_a_load_needs_the_torque_of_virtual_work():
 @pytest.mark.parametrize("place", [0.01, 0.3, 0.5])
 def test_load_inside_a_member_that_moves_needs_the_torque_of_virtual_work(place):
     # at some of these places an element carries the load inside, without a node of its own
-    from fenics_mech.kinematics import solve_motion
+    from fenics_mech.machine.linkage import solve_motion
 
     force, length = np.array([1.0, -2.0]), 0.2794
     scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 12, "allow_coarse": True})

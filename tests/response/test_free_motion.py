@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 import fenics_mech as fm
-from fenics_mech.kinematics.free_linkage import with_freedoms
+from fenics_mech.machine.stated_freedoms import with_freedoms
 
 STILL_MOTOR = {"kind": "dc-motor", "stall_torque": 1, "no_load_speed": 0}
 G, LENGTH, STIFF = 9.81, 1.0, 2e16  # m/s^2, m, Pa: bars as good as rigid

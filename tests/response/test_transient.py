@@ -7,7 +7,6 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
-from fenics_mech.recovery.viscous import delayed
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
 from tests.response.synthetic import arm
@@ -118,15 +117,6 @@ def test_impulse_in_a_mechanism(shaft):
     found = in_time(blown, cycles=10, settled=1e-7).data["deflection"].to_numpy()[-17:-1]
     assert np.abs(found[:, :, ::20] - exact).max() < 1e-6 * np.abs(exact).max()
     assert np.abs(found).max() < 1.1 * np.abs(exact).max()  # the material's viscous stress bends nothing
-
-
-def test_strain_behind_a_stress():
-    """``e + tau e' = s`` with e = sin t: s = sin t + tau cos t, and what the start lacks dies out."""
-    step, tau = 0.05, 0.2
-    time = step * np.arange(200)
-    found = delayed((np.sin(time) + tau * np.cos(time))[:, None], tau, step)[:, 0]
-    lack = tau * np.exp(-time / tau)  # the first strain is taken to be the first stress
-    assert found - lack == pytest.approx(np.sin(time), abs=1e-6)  # of a cubic spline: step^4/384 and its ends
 
 
 def test_what_is_not_solved_in_time_is_refused(shaft):

@@ -8,9 +8,9 @@ import pytest
 from scipy.optimize import brentq
 
 from fenics_mech import analyse, load, summary
+from fenics_mech.answers.mode_speeds import mode_speeds
 from fenics_mech.errors import SolverError
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.safety.critical_speeds import (
     STRONG,
     CriticalSpeed,
@@ -181,7 +181,7 @@ def test_the_sense_of_the_drive_changes_nothing():
 @pytest.mark.parametrize("positions", [48, 72, 144])
 def test_modes_that_veer_are_named_together(monkeypatch, positions):
     """Modes 1 and 2 of the seed, 4 Hz apart, turn into each other; at no number of positions does mode 3."""
-    monkeypatch.setattr("fenics_mech.recovery.mode_speeds.POSITIONS", positions)
+    monkeypatch.setattr("fenics_mech.answers.mode_speeds.POSITIONS", positions)
     seed = seed_four_bar(analysis={"modes": 3})
     found = mode_speeds(seed)
     assert found["mode_group"].to_numpy().tolist() == [1, 1, 3]
@@ -230,7 +230,7 @@ def test_what_has_no_critical_speeds(monkeypatch):
     seed = seed_four_bar(analysis={"sub_intervals": 24, "modes": 2})
     still = seed.changed(analysis__method="static")
     assert not mode_speeds(still).variables
-    monkeypatch.setattr("fenics_mech.recovery.mode_speeds.over_cycle", fails)
+    monkeypatch.setattr("fenics_mech.answers.mode_speeds.over_cycle", fails)
     off = seed.changed({"analysis.method": "quasi-static", "analysis.critical_speeds": False})
     result = analysed(off)
     assert critical_speeds(result) == speeds_to_avoid(result) == []
@@ -242,7 +242,7 @@ def test_speeds_that_cannot_be_found_do_not_end_the_analysis(monkeypatch):
     def fails(*_):
         raise SolverError("mode 1 buckles")
 
-    monkeypatch.setattr("fenics_mech.recovery.mode_speeds.over_cycle", fails)
+    monkeypatch.setattr("fenics_mech.answers.mode_speeds.over_cycle", fails)
     result = analyse(seed_four_bar(analysis={"sub_intervals": 24, "method": "quasi-static"}))
     assert "not known: mode 1 buckles" in str(summary(result))
     assert critical_speeds(result) == []

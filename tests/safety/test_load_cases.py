@@ -13,8 +13,7 @@ from fenics_mech.recovery.stress_figures import life_used
 from fenics_mech.safety import judge
 from fenics_mech.safety.load_cases import envelope
 from fenics_mech.studies.case_runs import analyse_cases
-from fenics_mech.studies.design.result_curves import Curve
-from fenics_mech.studies.design.result_numbers import Quantity
+from fenics_mech.studies.design.result_numbers import Curve, Quantity
 from fenics_mech.views.case_tables import governed
 from fenics_mech.views.key_figures import key_figures
 from fenics_mech.views.page.report import page
@@ -257,7 +256,7 @@ def test_numbers_of_studies_are_the_worst_of_all_cases_or_of_one(result):
     assert Quantity.read("stress[rod].max").of(result) == largest
     assert Quantity.read("stress[push].max").of(result) < largest
     with pytest.raises(fm.SceneError, match="curve of each load case"):
-        Curve.read("torque", [0.0]).numbers(result, {})
+        Curve.at("torque", [0.0]).numbers(result, {})
 
 
 def test_what_answers_one_case_refuses_several(scene):

@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Iterator
 from typing import Any
 
-from fenics_mech.scene.solver_options import OPTIONS, Number, OneOf
+from fenics_mech.scene.solver_options import OPTIONS
 from tests.common import ROOT
 
 TOKEN = re.compile(r'"[^"]*"|\b[\d.]+(e-?\d+)?\b|\b[A-Za-z_]\w*\b')
@@ -123,11 +123,10 @@ def damaged_options(chance: random.Random) -> dict[str, Any]:
             key = chance.choice([key[:-1], key + "\0", key.upper(), "-" + key, key + " -log_view"])
         value = chance.choice(OPTION_VALUES)
         kind = OPTIONS.get(key)
-        if chance.random() < 0.7 and isinstance(kind, OneOf):
-            value = chance.choice(kind.names)
-        elif chance.random() < 0.7 and isinstance(kind, Number):
-            value = chance.choice([kind.least, kind.most])
-            value = int(value) if kind.whole else value
+        if chance.random() < 0.7 and kind and "enum" in kind:
+            value = chance.choice(kind["enum"])
+        elif chance.random() < 0.7 and kind and "minimum" in kind:
+            value = chance.choice([kind["minimum"], kind["maximum"]])
         found[key] = value
     return found
 

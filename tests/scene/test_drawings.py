@@ -11,7 +11,7 @@ from fenics_mech import analyse, load
 from fenics_mech.beams.export import plane_mesh, write_mesh
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene, parse, schema
 from fenics_mech.scene.drawing import completed
 from tests.common import DEMOS, modes_of

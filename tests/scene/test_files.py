@@ -171,3 +171,11 @@ def test_crossed_branch_is_the_mirror_image():
 def test_more_elements_than_rounding_allows_are_refused():
     with pytest.raises(SceneError, match="301 elements in one member: rounding"):
         seed_four_bar(mesh={"elements": 301})
+
+
+def test_places_in_errors_hold_no_kind_of_a_table(demo_text):
+    text = demo_text + '[freedoms.B.effort]\nkind = "dc-motor"\nstall_torque = -1\nno_load_speed = 300\n'
+    with pytest.raises(SceneError, match=r"freedoms\.B\.effort\.stall_torque .*must be greater than 0, found -1"):
+        parse(text)
+    with pytest.raises(SceneError, match=r"freedoms\.B\.effort\.formula .*this key is missing"):
+        parse(demo_text + '[freedoms.B.effort]\nkind = "formula"\n')

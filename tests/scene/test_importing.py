@@ -9,7 +9,7 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene.importing import imported, linked
 
 SVG = """<svg xmlns="http://www.w3.org/2000/svg" width="200mm" height="100mm" viewBox="0 0 200 100">

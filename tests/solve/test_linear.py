@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from fenics_mech.solve import axial_forces, iterates, quasi_static, rigid_cycle
+from fenics_mech.solve import axial_forces, quasi_static, rigid_cycle
 from fenics_mech.solve.stages import radau
 from tests.machine.builders import seed
+from tests.solve.linear_theory import iterates
 
 
 @pytest.mark.slow

@@ -4,12 +4,37 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.kinematics import solve_motion
-from fenics_mech.studies.synthesis.balancing import four_bar_counterweights, slider_crank_counterweights
-from fenics_mech.studies.synthesis.inertia_forces import LinkInertia, link_inertias, shaking
+from fenics_mech.machine.linkage import solve_motion
+from fenics_mech.studies.synthesis.balancing import LinkInertia, link_inertias, shaking
 from tests.common import DEMOS, response_of
 
 RIGID = {"effects": (), "analysis.method": "quasi-static"}
+
+
+def four_bar_counterweights(
+    lengths: tuple[float, float, float], bodies: tuple[LinkInertia, ...]
+) -> tuple[complex, complex]:
+    """First moments that counterweights on crank and follower need to cancel the shaking force of a four-bar."""
+    # The origins of crank and follower are at the ground, that of the coupler at the crank, and the x axes along the
+    # links. Berkof and Lowen (1969), with the masses of the links themselves.
+    crank, coupler, follower = lengths
+    of_crank, of_coupler, of_follower = (complex(*body.moment) for body in bodies)
+    first = -of_crank - crank * (bodies[1].mass - of_coupler / coupler)
+    second = -of_follower - of_coupler * follower / coupler
+    return first, second
+
+
+def slider_crank_counterweights(
+    lengths: tuple[float, float], bodies: tuple[LinkInertia, ...], radius: float
+) -> tuple[complex, complex]:
+    """First moments that counterweights on crank and rod need to cancel the shaking force of a slider-crank."""
+    # The counterweight of the rod brings the centre of rod and slider to the crank pin, that of the crank brings the
+    # centre of all to the main bearing.
+    crank, rod = lengths
+    of_crank, of_rod = (complex(*body.moment) for body in bodies[:2])
+    second = -of_rod - bodies[2].mass * rod
+    first = -of_crank - crank * (bodies[1].mass + bodies[2].mass + abs(second) / radius)
+    return first, second
 
 
 def total(found, link):

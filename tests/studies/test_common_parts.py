@@ -1,9 +1,7 @@
 """What the analyses of a study have in common: made once, and the same result to the last bit."""
 
 import numpy as np
-import pytest
 
-from fenics_mech.kinematics import Linkage
 from fenics_mech.planning.cycle_steps import Steps
 
 COARSE = {"analysis.sub_intervals": 36, "analysis.allow_coarse": True, "analysis.allow_ringing": True}
@@ -46,11 +44,3 @@ def counted(monkeypatch, calls, module, name):
         return function(*arguments, **options)
 
     monkeypatch.setattr(module, name, counting)
-
-
-def test_rates_of_positions_scale_with_the_rate(seed):
-    theta = seed.drive_angles(24)
-    one, two = (Linkage(seed).path(theta).motion(rate) for rate in (1.0, -3.0))
-    assert two.omega == pytest.approx(-3 * one.omega, rel=1e-15)
-    assert two.alpha == pytest.approx(9 * one.alpha, rel=1e-15)
-    assert np.array_equal(two.angle, one.angle)

@@ -8,10 +8,10 @@ from fenics_mech.cli import app
 from fenics_mech.errors import MechanismError, ResultError
 from fenics_mech.recovery import Result
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies.compare import compare
-from fenics_mech.studies.compared_curves import (
+from fenics_mech.studies.compare import (
     MID_SPAN,
     Quantity,
+    compare,
     curves_of_measurement,
     curves_of_result,
     with_vibration,

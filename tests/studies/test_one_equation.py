@@ -6,7 +6,7 @@ import pytest
 
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.one_equation import MOST_TIMES, OneEquation, union
-from fenics_mech.studies.sweep import run_sweep
+from fenics_mech.studies.sweep import sweep
 from fenics_mech.studies.sweep_axes import parse_axes, stated_data
 
 
@@ -62,6 +62,6 @@ def test_what_a_scene_states_by_itself_is_not_listed():
 def test_a_tolerance_has_one_equation_too(tmp_path):
     """Strains are exact at all points, and none may go without estimates."""
     scene = seed_four_bar(effects="auto", tolerance=0.01)
-    found = run_sweep(scene, parse_axes(scene, ["drive.speed=40 rpm:200 rpm:2"]), tmp_path)
+    found = sweep(scene, parse_axes(scene, ["drive.speed=40 rpm:200 rpm:2"]), tmp_path)
     assert set(found.data["effects"].to_numpy()) == {"coupling, large-rotations, rotary-inertia, vibration"}
     assert (found.data["error"] == "").all()

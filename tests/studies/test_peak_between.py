@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fenics_mech.studies.kept_points import TEXTS
-from fenics_mech.studies.peak_between import MOST, largest_between, vertex
+from fenics_mech.studies.sweep_peaks import MOST, largest_between, vertex
 
 NOTHING = dict.fromkeys(TEXTS, "")
 DAMPING = 0.05

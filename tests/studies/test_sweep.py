@@ -11,14 +11,14 @@ import pytest
 from rich.table import Table
 
 from fenics_mech import load
-from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, ResultError, SceneError, ViewError
+from fenics_mech.estimate.remarks import NO_ESTIMATE
 from fenics_mech.recovery.peaks import between_positions, doubts, peak_of
 from fenics_mech.studies import sweep_peaks, sweep_points
 from fenics_mech.studies.gauge import Gauge
-from fenics_mech.studies.same_sweep import first_difference
-from fenics_mech.studies.sweep import Sweep, run_sweep
+from fenics_mech.studies.saved_sweep import first_difference
+from fenics_mech.studies.sweep import Sweep, sweep
 from fenics_mech.studies.sweep_axes import axes_of, parse_axes, range_in_si, unit_of
 from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
 from fenics_mech.studies.sweep_points import stacked
@@ -55,7 +55,7 @@ def arm(tmp_path):
 
 
 def swept(scene, folder, *over, **options):
-    return run_sweep(scene, parse_axes(scene, over), folder, **options)
+    return sweep(scene, parse_axes(scene, over), folder, **options)
 
 
 def resonance(period):

@@ -10,7 +10,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_points import TEXTS
 from fenics_mech.studies.point_curves import ANGLES, angles, packed_curves, unpacked_curves
-from fenics_mech.studies.sweep import run_sweep
+from fenics_mech.studies.sweep import sweep
 from fenics_mech.studies.sweep_axes import parse_axes, placed, scene_data
 from fenics_mech.studies.sweep_gaps import LOST, ahead, fill_gaps, gaps_of, in_words
 from fenics_mech.studies.sweep_run import SweepRun
@@ -90,8 +90,8 @@ def test_unstable_points_keep_their_numbers_apart_from_the_largest(tmp_path):
     """Mathieu's column: what is kept is the answer that `allow_unstable` gives, and no largest value is of it."""
     scene = load(DEMOS / "pulsating_column.toml").changed({"analysis.allow_unstable": True})
     axes = parse_axes(scene, ["drive.speed=150:240:3"])
-    allowed = run_sweep(scene, axes, tmp_path / "allowed").data
-    judged = run_sweep(scene.changed({"analysis.allow_unstable": False}), axes, tmp_path / "judged")
+    allowed = sweep(scene, axes, tmp_path / "allowed").data
+    judged = sweep(scene.changed({"analysis.allow_unstable": False}), axes, tmp_path / "judged")
     loose = unstable_points(allowed).to_numpy()
     assert loose.any()
     assert ((judged.data["unstable"] != "").to_numpy() == loose).all()

@@ -7,10 +7,10 @@ import pytest
 
 from fenics_mech.solve import Path
 from fenics_mech.solve.stages import radau
-from fenics_mech.studies.kept_motions import read_steps, write_motion
-from fenics_mech.studies.sweep import run_sweep
+from fenics_mech.studies.sweep import sweep
 from fenics_mech.studies.sweep_axes import parse_axes
-from fenics_mech.studies.sweep_runs import LONGEST, longest_run, runs_of, shrinking_runs
+from fenics_mech.studies.sweep_points import read_steps, write_motion
+from fenics_mech.studies.sweep_run import LONGEST, longest_run, runs_of, shrinking_runs
 
 EXACT = {
     "effects": ["coupling", "large-rotations"],
@@ -76,7 +76,7 @@ def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, t
     for longest in (1, LONGEST):
         monkeypatch.setattr("fenics_mech.studies.sweep_run.longest_run", lambda scene, longest=longest: longest)
         with caplog.at_level(logging.DEBUG, LOGGER):
-            found[longest] = run_sweep(scene, axes, tmp_path / str(longest)).data
+            found[longest] = sweep(scene, axes, tmp_path / str(longest)).data
         told = iterations(caplog)  # of each motion
         counts[longest] = sum(told)
         caplog.clear()
@@ -111,5 +111,5 @@ def test_a_motion_of_poses_is_read_as_it_was_written(tmp_path):
 def test_the_result_does_not_depend_on_the_number_of_processes(seed, tmp_path, solver):
     scene = seed.changed(EXACT | {"analysis.error_estimates": True, "analysis.solver": solver})
     axes = parse_axes(scene, [SPEEDS])
-    one, two = (run_sweep(scene, axes, tmp_path / str(jobs), jobs=jobs, estimates="peaks").data for jobs in (1, 2))
+    one, two = (sweep(scene, axes, tmp_path / str(jobs), jobs=jobs, estimates="peaks").data for jobs in (1, 2))
     assert one.identical(two)

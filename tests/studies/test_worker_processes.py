@@ -14,7 +14,7 @@ import pytest
 
 from fenics_mech import load
 from fenics_mech.errors import SolverError
-from fenics_mech.studies.sweep import Sweep, run_sweep
+from fenics_mech.studies.sweep import Sweep, sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.studies.worker_processes import Workers
 from tests.studies.processes import ENVIRONMENT, command, finished
@@ -187,7 +187,7 @@ def test_a_killed_worker_costs_its_point_and_the_next_sweep_computes_it(tmp_path
     (tmp_path / "arm.toml").write_text(ARM)
     scene, folder = load(tmp_path / "arm.toml"), tmp_path / "shared"
     axes = parse_axes(scene, [OVER])
-    whole = run_sweep(scene, axes, tmp_path / "whole")
+    whole = sweep(scene, axes, tmp_path / "whole")
     arguments = ("-m", "fenics_mech", "sweep", tmp_path / "arm.toml", "--over", OVER, "--jobs", 2, "-o", folder)
     with subprocess.Popen(command(*arguments), env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as process:
         limit, workers = time.monotonic() + 60, []
@@ -202,5 +202,5 @@ def test_a_killed_worker_costs_its_point_and_the_next_sweep_computes_it(tmp_path
     place = float(found["drive.period"][list(errors).index("LostProcess")])
     assert f"1 at drive.period = {place:.4g}"[:28] in " ".join(said.split())
     assert "the process was lost" in " ".join(said.split())
-    again = run_sweep(scene, axes, folder)
+    again = sweep(scene, axes, folder)
     assert again.data.identical(whole.data)

@@ -19,7 +19,6 @@ from fenics_mech.solve import (
     damp_modes,
     equilibrium,
     frequencies,
-    iterates,
     periodic,
     quasi_static,
     rigid_cycle,
@@ -30,6 +29,7 @@ from fenics_mech.terms import Element, Look, Measure, ModalDamping, Shapes, herm
 from tests.common import DEMOS
 from tests.machine.builders import Bar, Members, load, seed
 from tests.machine.test_residual import Moving
+from tests.solve.linear_theory import iterates
 from tests.solve.test_statics import CRITICAL, column, softest
 
 PERIOD = 2 * np.pi / 32.3

@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import fenics_mech.accuracy.estimate
 import fenics_mech.analysis
+import fenics_mech.estimate.error_sources
 import fenics_mech.planning.discretisation
 import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
-from fenics_mech.answers import by_poses
 from fenics_mech.errors import SceneError, SolverError, percent
 from fenics_mech.planning.discretisation import Discretisation, Trial
 from fenics_mech.planning.meet_tolerance import _next
@@ -111,13 +110,14 @@ def test_graded_and_stated_meshes_keep_their_kind():
 @pytest.fixture
 def runs(monkeypatch):
     """Scenes that were solved, one a trial with another motion."""
-    found, as_stated = [], by_poses.solution
+    module = fenics_mech.planning.meet_tolerance
+    found, as_stated = [], module.solution
 
     def noted(scene, *rest):
         found.append(scene)
         return as_stated(scene, *rest)
 
-    monkeypatch.setattr(by_poses, "solution", noted)
+    monkeypatch.setattr(module, "solution", noted)
     return found
 
 

@@ -11,19 +11,17 @@ from PIL import Image
 
 from fenics_mech import analyse, animate_modes, modes
 from fenics_mech.errors import ResultError, ViewError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.recovery import Result
 from fenics_mech.scene import parse
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.views import rendering
 from fenics_mech.views.animation import animate
+from fenics_mech.views.drawn_parts import DRAWN, at_angles, load_names
 from fenics_mech.views.frames import cycle, default_magnification, frames_at, moment_of_peak, peak_of
-from fenics_mech.views.geometry import at_angles
 from fenics_mech.views.judgements import headline
-from fenics_mech.views.moving_points import load_names
 from fenics_mech.views.reading import Reading
-from fenics_mech.views.stage import Look, Stage, ribbon
-from fenics_mech.views.symbols import DRAWN
+from fenics_mech.views.stage import Stage, ribbon
 from fenics_mech.views.words import short
 from tests.common import response_of
 from tests.demos.machines import piston
@@ -323,7 +321,7 @@ def test_loads_and_points_have_names_beside_joints(acted_on, monkeypatch):
     frames = frames_at(found, cycle(found, 2), 1.0)
     places = len(frames.pins[0]) + len(frames.traced[0]) + len(frames.loads[0])
     assert places == len(names)
-    stage = Stage(frames, (np.zeros((0, 2)), np.zeros((0, 2, 2))), SMALL, Look(1.0, "%", names), ("", ""))
+    stage = Stage(frames, (np.zeros((0, 2)), np.zeros((0, 2, 2))), SMALL, 1.0, "%", ("", ""), names, False)
     stage.picture(1)
     at = np.array(stage.names[5].position) * stage.pixel * SMALL + stage.corner - DRAWN.name * stage.extent
     place, force = frames.loads[1, 0]

@@ -10,14 +10,14 @@ from rich.console import Console
 
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import reachable_range
+from fenics_mech.machine.reach import reachable_range
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions, doubts
 from fenics_mech.scene import Scene, load
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.views.animation import animate
 from fenics_mech.views.details import details
-from fenics_mech.views.frequency_table import frequency_table, write_frequencies
+from fenics_mech.views.frequency_views import frequency_table, write_frequencies
 from fenics_mech.views.result_figures import plot_all
 from fenics_mech.views.summary import summary
 from fenics_mech.views.tables import scene_overview

@@ -3,7 +3,7 @@
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.views.force_summary import effort_of
+from fenics_mech.views.details import effort_of
 
 
 @pytest.mark.parametrize(("driven", "names"), [(False, ("effort", "Effort")), (True, ("input torque", "Drive torque"))])

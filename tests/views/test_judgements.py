@@ -137,11 +137,7 @@ def test_errors_by_their_size(result, total, coarse, level, said):
     [
         ({}, "", "by effects left out, which a tolerance below 1 % lowers."),
         ({"damping.ratio": 0.0}, "", "by effects left out, which effects = ['shear'] lowers."),  # takes no tolerance
-        (
-            {},
-            "Give `poisson`",
-            "by effects left out, as shear lacks data. Give `poisson`.",
-        ),
+        ({}, "Give `poisson`", "by effects left out, as shear lacks data. Give `poisson`."),
     ],
 )
 def test_what_lowers_an_error_is_what_the_scene_lacks(result, values, lacking, said):

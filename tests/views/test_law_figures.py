@@ -6,7 +6,7 @@ import pytest
 from fenics_mech.errors import ViewError
 from fenics_mech.scene import load
 from fenics_mech.views.judgements import headline
-from fenics_mech.views.law_figures import law_efforts, law_figure, open_pins, orbit_figure, plot_pin_orbit
+from fenics_mech.views.motion_figures import law_efforts, law_figure, open_pins, orbit_figure, plot_pin_orbit
 from fenics_mech.views.page.report import page
 from fenics_mech.views.reading import reading_of
 from fenics_mech.views.result_figures import plot_all

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.views.mode_plots import LARGEST, plot_mode_shapes, skeleton_at
+from fenics_mech.views.model_plots import LARGEST, plot_mode_shapes, skeleton_at
 from tests.common import DEMOS
 
 

@@ -6,14 +6,11 @@ from matplotlib.colors import to_hex
 
 import fenics_mech as fm
 from fenics_mech.errors import MechanismError
-from fenics_mech.kinematics import start_motion
+from fenics_mech.machine.linkage import start_motion
 from fenics_mech.scene import parse
-from fenics_mech.views.acting_drawings import LOOKS, TURN
+from fenics_mech.views.drawn_parts import arc, coil, guide_strokes
 from fenics_mech.views.figures import figure_in, new_axes
-from fenics_mech.views.labels import Labels
-from fenics_mech.views.model_plots import plot_scene
-from fenics_mech.views.skeleton import Skeleton
-from fenics_mech.views.symbols import arc, coil, guide_strokes
+from fenics_mech.views.model_plots import LOOKS, TURNING, Labels, Skeleton, plot_scene
 from tests.common import DEMOS, ROOT
 from tests.documents import blocks
 
@@ -29,10 +26,7 @@ ACTING = {
         "coiled": {"between": ("ground.C", "coupler.A"), "stiffness": 2000.0},
         "torsion": {"joint": "C", "stiffness": 3.0},
     },
-    "dampers": {
-        "pot": {"between": ("ground.O", "follower.B"), "damping": 5.0},
-        "rub": {"joint": "A", "damping": 0.1},
-    },
+    "dampers": {"pot": {"between": ("ground.O", "follower.B"), "damping": 5.0}, "rub": {"joint": "A", "damping": 0.1}},
     "points": {"traced": {"at": "coupler@0.5", "offset": (0.0, 0.06)}},
 }
 
@@ -82,7 +76,7 @@ def test_an_arrow_ends_where_its_force_acts_and_the_drive_turns_in_its_sense(sce
         (turning,) = lines_of(plot_scene(changed), "drive")
         (x, y), (dx, dy) = turning[:-1].T, np.diff(turning, axis=0).T
         assert np.all((x * dy - y * dx) * speed > 0)  # about O, in the origin
-        assert np.hypot(x, y) == pytest.approx(1e3 * TURN * Skeleton.at_start(changed).extent)
+        assert np.hypot(x, y) == pytest.approx(1e3 * TURNING * Skeleton.at_start(changed).extent)
 
 
 @pytest.mark.parametrize("path", sorted(DEMOS.rglob("*.toml")), ids=lambda path: path.stem)

@@ -5,7 +5,7 @@ import re
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.views.nothing import largest_force
+from fenics_mech.views.prefixes import largest_force
 from fenics_mech.views.summary import summary
 
 ARM, SPEED, DENSITY, AREA = 0.2, 10.0, 7850.0, 1e-4  # m, rad/s, kg/m^3, m^2

@@ -7,8 +7,7 @@ import pytest
 
 from fenics_mech.scene import parse
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.views.page.acting import kinds_of, member_mass
-from fenics_mech.views.page.curves import payload
+from fenics_mech.views.page.curves import kinds_of, member_mass, payload
 from fenics_mech.views.page.report import page
 from fenics_mech.views.reading import SECTION_FORCES, Reading
 from tests.common import response_of
@@ -19,10 +18,7 @@ from tests.views.test_page import unpacked
 @pytest.fixture(scope="module")
 def loaded():
     """The seed with gravity, a load that keeps its direction, and one along the follower."""
-    loads = {
-        "push": {"at": "coupler.B", "force": (30.0, -40.0)},
-        "wind": {"member": "follower", "line": (20.0, 0.0)},
-    }
+    loads = {"push": {"at": "coupler.B", "force": (30.0, -40.0)}, "wind": {"member": "follower", "line": (20.0, 0.0)}}
     analysis = {"method": "quasi-static", "sub_intervals": 24}
     return response_of(seed_four_bar(analysis=analysis, gravity=(0.0, -9.81), loads=loads))
 

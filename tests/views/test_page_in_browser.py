@@ -74,19 +74,11 @@ def test_it_works_in_the_frame_of_a_notebook(window, result, tmp_path):
 
 def test_all_follow_the_slider_and_the_arrow_keys(window, file):
     window.open(file)
-    before = (
-        picture(window),
-        window.text("#forces figcaption"),
-        window.run(PROFILE),
-    )
+    before = (picture(window), window.text("#forces figcaption"), window.run(PROFILE))
     window.choose("#position", 180)
     assert window.text("#told") == "180°"
     assert float(window.run("return document.getElementById('dock-position').value")) == pytest.approx(180)
-    after = (
-        picture(window),
-        window.text("#forces figcaption"),
-        window.run(PROFILE),
-    )
+    after = (picture(window), window.text("#forces figcaption"), window.run(PROFILE))
     assert not set(before) & set(after)
     assert "at 180°" in window.text("#curve")
     window.click("#to-peak")

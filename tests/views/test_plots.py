@@ -13,7 +13,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.measured import read_measurement
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.views.figures import figure_in, new_axes, save
-from fenics_mech.views.frequency_plot import draw_frequencies, plot_frequencies
+from fenics_mech.views.frequency_views import draw_frequencies, plot_frequencies
 from fenics_mech.views.page.page_tables import members
 from fenics_mech.views.plots import (
     plot_deflection,

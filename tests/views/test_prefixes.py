@@ -11,10 +11,9 @@ import fenics_mech as fm
 from fenics_mech._console import text_of
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
-from fenics_mech.studies.compare import compare
-from fenics_mech.studies.compared_curves import curves_of_result
+from fenics_mech.studies.compare import compare, curves_of_result
 from fenics_mech.studies.design.trial import Trials
-from fenics_mech.views import comparison, spread_summary, study_summary
+from fenics_mech.views import comparison, spread_views, study_views
 from fenics_mech.views.frames import cycle, frames_at, peak_of
 from fenics_mech.views.page.report import page
 from fenics_mech.views.prefixes import fitted
@@ -125,7 +124,7 @@ def test_numbers_of_studies_have_a_prefix_and_those_of_a_limit_its_unit():
     def told(scene):
         trials = Trials.of(scene)
         found = SimpleNamespace(problem=SimpleNamespace(first=start, trials=trials), best=best)
-        return study_summary.unit_of(found, "joint_force.max")
+        return study_views.unit_of(found, "joint_force.max")
 
     assert told(scene).whole(38200.0) == "38.2 kN"
     assert told(scene).label("force") == "force (kN)"
@@ -134,4 +133,4 @@ def test_numbers_of_studies_have_a_prefix_and_those_of_a_limit_its_unit():
     assert told(scene.changed(units=["N"])).unit == "N"
     explorer = SimpleNamespace(first=best, trials=Trials.of(scene))
     spread = SimpleNamespace(explorer=explorer, scattered=SimpleNamespace(design=explorer.trials.design))
-    assert spread_summary.unit_of(spread, "joint_force.max").unit == "kN"
+    assert spread_views.unit_of(spread, "joint_force.max").unit == "kN"

@@ -6,9 +6,9 @@ import pytest
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.views.page.acting import member_mass
+from fenics_mech.views.page.curves import member_mass
+from fenics_mech.views.plots import plot_section_forces, section_force_figure
 from fenics_mech.views.reading import SECTION_FORCES, reading_of_members
-from fenics_mech.views.section_plots import plot_section_forces, section_force_figure
 from tests.views.test_page import free_result
 
 

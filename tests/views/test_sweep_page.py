@@ -9,7 +9,8 @@ from fenics_mech import load
 from fenics_mech.cli.report_command import report as write_report
 from fenics_mech.errors import StrangeError, ViewError
 from fenics_mech.recovery import Result
-from fenics_mech.studies.sweep import Sweep, run_sweep
+from fenics_mech.studies.sweep import Sweep
+from fenics_mech.studies.sweep import sweep as run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.views.page.sweep_page import can_show, sweep_report
 from tests.common import DEMOS

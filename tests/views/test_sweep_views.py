@@ -13,14 +13,20 @@ from rich.console import Console
 from fenics_mech import load
 from fenics_mech.cli import app
 from fenics_mech.studies.kept_points import TEXTS
-from fenics_mech.studies.sweep import Sweep, run_sweep
+from fenics_mech.studies.sweep import Sweep
+from fenics_mech.studies.sweep import sweep as run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
-from fenics_mech.views.campbell import NAME, _apart
 from fenics_mech.views.judgements import theory
-from fenics_mech.views.resonances import distances, gains, raised, resonances
-from fenics_mech.views.sweep_data import theory_levels
-from fenics_mech.views.sweep_maps import strain_map
-from fenics_mech.views.sweep_plots import campbell_figure, force_figure, response_figure, waterfall_figure
+from fenics_mech.views.sweep_data import distances, gains, raised, resonances, theory_levels
+from fenics_mech.views.sweep_plots import (
+    NAME,
+    _apart,
+    campbell_figure,
+    force_figure,
+    response_figure,
+    strain_map,
+    waterfall_figure,
+)
 from fenics_mech.views.sweep_summary import sweep_summary
 from tests.common import DEMOS, ROOT, analysed
 

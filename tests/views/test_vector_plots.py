@@ -6,8 +6,7 @@ import pytest
 from fenics_mech.errors import ResultError, ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.views.plots import plot_joint_forces, plot_strain
-from fenics_mech.views.vector_plots import plot_force_path, plot_point_path
+from fenics_mech.views.plots import plot_force_path, plot_joint_forces, plot_point_path, plot_strain
 
 POUND = 4.4482216152605
 

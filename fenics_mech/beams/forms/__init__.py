@@ -3,21 +3,8 @@
 from fenics_mech.beams.forms.axial import axial
 from fenics_mech.beams.forms.bending import bending
 from fenics_mech.beams.forms.bowing import bowing
-from fenics_mech.beams.forms.gyroscopic import gyroscopic, offset_gyroscopic
 from fenics_mech.beams.forms.mass import mass, offset_mass
 from fenics_mech.beams.forms.rotary import rotary
 from fenics_mech.beams.forms.shear_flexibility import shear
-from fenics_mech.beams.forms.stretching import stretching
 
-__all__ = [
-    "axial",
-    "bending",
-    "bowing",
-    "gyroscopic",
-    "mass",
-    "offset_gyroscopic",
-    "offset_mass",
-    "rotary",
-    "shear",
-    "stretching",
-]
+__all__ = ["axial", "bending", "bowing", "mass", "offset_mass", "rotary", "shear"]

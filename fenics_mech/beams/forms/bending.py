@@ -6,15 +6,7 @@ from fenics_mech._fenicsx import ufl
 
 
 def bending(space: Any, stiffness: Any) -> Any:
-    """Give ``int EI w'' z'' dx``, the bending part of (7.2); `stiffness` is EI (N m^2).
-
-    Parameters
-    ----------
-    space
-        Broken space of u and w.
-    stiffness
-        EI as UFL coefficient (N m^2).
-    """
+    """Give ``int EI w'' z'' dx``, the bending part of (7.2); `stiffness` is EI (N m^2)."""
     _, w, *_ = ufl.TrialFunctions(space)
     _, z, *_ = ufl.TestFunctions(space)
     return stiffness * w.dx(0).dx(0) * z.dx(0).dx(0) * ufl.dx

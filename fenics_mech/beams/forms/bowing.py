@@ -6,15 +6,8 @@ from fenics_mech._fenicsx import ufl
 
 
 def bowing(space: Any, tension: Any) -> Any:
-    """Give ``int N w' z' dx``: for a tension of 1 N twice the shortening by w'^2/2, in general geometric stiffness.
-
-    Parameters
-    ----------
-    space
-        Broken space of u and w.
-    tension
-        N as UFL coefficient (N).
-    """
+    """Give ``int N w' z' dx``: for a tension of 1 N twice the shortening by w'^2/2, in general geometric stiffness."""
+    # tension (N)
     _, w, *_ = ufl.TrialFunctions(space)
     _, z, *_ = ufl.TestFunctions(space)
     return tension * w.dx(0) * z.dx(0) * ufl.dx

@@ -6,18 +6,10 @@ from fenics_mech._fenicsx import ufl
 
 
 def shear(space: Any, stiffness: Any) -> Any:
-    """Give ``int G A_s gamma gamma~ dx``; `stiffness` is G A_s (N), gamma the angle of shear, constant in an element.
-
-    The rotation of the sections is phi = w' - gamma, and phi' = w'', so that the stiffness of bending stays as it is.
-    Source: Timoshenko, Phil. Mag. 41 (1921) 744.
-
-    Parameters
-    ----------
-    space
-        Broken space of u, w and the angle of shear.
-    stiffness
-        G A_s as UFL coefficient (N).
-    """
+    """Give ``int G A_s gamma gamma~ dx``; `stiffness` is G A_s (N), gamma the shear angle, constant in an element."""
+    # stiffness (N)
+    # The rotation of the sections is phi = w' - gamma, and phi' = w'', so that the stiffness of bending stays as it
+    # is. Source: Timoshenko, Phil. Mag. 41 (1921) 744.
     *_, angle = ufl.TrialFunctions(space)
     *_, virtual = ufl.TestFunctions(space)
     return stiffness * angle * virtual * ufl.dx

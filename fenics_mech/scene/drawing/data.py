@@ -17,33 +17,7 @@ MEMBER_KEYS = ("section", "material", "mesh")
 
 
 def completed(data: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Replace the key ``drawing`` of a scene file by what is drawn.
-
-    The file adds what a drawing cannot say. ``drawing`` is the name of a file, or a table: ``file``; ``unit``, that of
-    the drawing's lengths ("m"); ``section`` and ``material`` of all members that the rest of the file gives none.
-
-    A link's table gives ``section`` and ``material`` of its members, or of one of them under ``members``. ``mesh``
-    there replaces the drawn elements. With ``rigid`` its lines only show where its points are. A joint in the file
-    replaces the drawn one. Links that are not drawn are given as without a drawing.
-
-    Parameters
-    ----------
-    data
-        A scene file's content.
-    folder
-        Folder that the drawing's path is relative to.
-
-    Returns
-    -------
-    dict
-        A new dictionary for `Scene.read`. Link frames stand as the drawing does, with their origins
-        in the first named point of each link.
-
-    Raises
-    ------
-    SceneError
-        When the drawing cannot be read, is no mechanism, or does not have what the file names.
-    """
+    """Replace the key ``drawing`` of a scene file by what is drawn."""
     table = _drawing_table(data["drawing"])
     drawing = read_drawing(folder / table["file"], _unit(table.get("unit", "m")))
     links, pins = trace(drawing)

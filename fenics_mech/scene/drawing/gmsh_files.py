@@ -50,109 +50,50 @@ DRAWING = ReaderLimits()
 
 @dataclass(frozen=True)
 class Drawing:
-    """A mechanism as it is drawn.
+    """A mechanism as it is drawn."""
 
-    Parameters
-    ----------
-    file
-        Name of the file, for errors.
-    nodes
-        Places (m), ``(nodes, 2)``.
-    lines
-        Nodes of the straight lines that belong to a group, ``(lines, 2)``.
-    line_group
-        Name of each line's group.
-    line_groups
-        Names of all groups of lines in the order of the drawing.
-    point_groups
-        Nodes of the named points by group, in the order of the drawing.
-    """
-
-    file: str
-    nodes: Array
-    lines: Index
-    line_group: tuple[str, ...]
-    line_groups: tuple[str, ...]
-    point_groups: dict[str, tuple[int, ...]]
+    file: str  # its name, for errors
+    nodes: Array  # places (m), ``(nodes, 2)``
+    lines: Index  # nodes of the straight lines that belong to a group, ``(lines, 2)``
+    line_group: tuple[str, ...]  # name of each line's group
+    line_groups: tuple[str, ...]  # names of all groups of lines in the order of the drawing
+    point_groups: dict[str, tuple[int, ...]]  # nodes of the named points by group, in the order of the drawing
 
     def error(self, message: str, hint: str = "") -> SceneError:
-        """Make an error about this drawing.
-
-        Parameters
-        ----------
-        message
-            What is wrong.
-        hint
-            What to do about it.
-        """
+        """Make an error about this drawing."""
         return SceneError(f"{self.file}: {message}", place="drawing", hint=hint)
 
     def at(self, node: int) -> str:
-        """Say where a node lies.
-
-        Parameters
-        ----------
-        node
-            Number of the node.
-        """
+        """Say where a node lies."""
         x, y = self.nodes[node]
         return f"({x:.6g}, {y:.6g}) m"
 
 
-@dataclass(frozen=True)
-class Groups:
-    """The contents of a file.
-
-    Parameters
-    ----------
-    nodes
-        Places in the drawing's unit, ``(nodes, 3)``.
-    lines, points
-        Nodes of the lines, ``(lines, 2)``, and points, ``(points,)``, of each group by name.
-    others
-        Names of groups of something else than points and straight lines.
-    """
-
-    nodes: Array
-    lines: dict[str, Index]
-    points: dict[str, Index]
-    others: tuple[str, ...] = ()
+# nodes in the drawing's unit, ``(nodes, 3)``, nodes of lines, ``(lines, 2)``, and of points by group, other groups
+Groups = tuple[Array, dict[str, Index], dict[str, Index], tuple[str, ...]]
 
 
 def read_drawing(path: Path, unit: float = 1.0) -> Drawing:
-    """Read a drawing.
-
-    Parameters
-    ----------
-    path
-        A gmsh script (.geo), a gmsh mesh (.msh), an Abaqus file (.inp), or a sketch (.svg, .dxf).
-    unit
-        Length of the drawing's unit (m).
-
-    Raises
-    ------
-    SceneError
-        When the file cannot be read, or holds no lines in named groups.
-    """
-    groups = _read(path)
-    if not groups.lines and not groups.points:
+    """Read a drawing (.geo, .msh, .inp, .svg, .dxf), whose unit is of a length (m)."""
+    places, lines_of, points_of, others = _read(path)
+    if not lines_of and not points_of:
         raise SceneError(f"{path.name} has no named physical groups", place="drawing", hint=NAME_GROUPS)
-    if groups.others:
-        message = f"{path.name}: the physical group {groups.others[0]!r} holds neither points nor straight lines"
+    if others:
+        message = f"{path.name}: the physical group {others[0]!r} holds neither points nor straight lines"
         hint = (
             "Links are drawn as lines (elements of first order, Mesh.ElementOrder = 1); a plate as a triangle of lines"
         )
         raise SceneError(message, place="drawing", hint=hint)
-    if not any(len(cells) for cells in groups.lines.values()):
+    if not any(len(cells) for cells in lines_of.values()):
         raise SceneError(f"{path.name} has no lines in a named physical group", place="drawing", hint=NAME_GROUPS)
-    lines = np.concatenate(list(groups.lines.values()))
+    lines = np.concatenate(list(lines_of.values()))
     if len(lines) > DRAWING.most_lines:
         message = f"{path.name} has {len(lines)} lines in named groups, and at most {DRAWING.most_lines} are taken"
         raise SceneError(message, place="drawing", hint="Mesh the curves with fewer elements")
-    names = tuple(name for name, cells in groups.lines.items() for _ in cells)
-    points = {name: tuple(dict.fromkeys(nodes.tolist())) for name, nodes in groups.points.items()}
-    drawing = Drawing(path.name, unit * groups.nodes[:, :2], lines, names, tuple(groups.lines), points)
-    _check_lines(drawing, unit * groups.nodes[:, 2])
+    names = tuple(name for name, cells in lines_of.items() for _ in cells)
+    points = {name: tuple(dict.fromkeys(nodes.tolist())) for name, nodes in points_of.items()}
+    drawing = Drawing(path.name, unit * places[:, :2], lines, names, tuple(lines_of), points)
+    _check_lines(drawing, unit * places[:, 2])
     return drawing
 
 
@@ -208,13 +149,7 @@ def _read(path: Path) -> Groups:
 
 
 def _read_in_own_process(content: bytes, ending: str) -> Groups:
-    """Let `fenics_mech.scene.drawing.reader` read a copy: gmsh runs a script NAME.opt that lies beside a file NAME.
-
-    Raises
-    ------
-    ValueError
-        When it fails, or takes too much time or memory.
-    """
+    """Let `fenics_mech.scene.drawing.reader` read a copy: gmsh runs a script NAME.opt that lies beside a file NAME."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / f"drawing{ending}"
         copy.write_bytes(content)
@@ -239,9 +174,5 @@ def _read_in_own_process(content: bytes, ending: str) -> Groups:
             )
         with np.load(copy.with_name("groups.npz"), allow_pickle=False) as found:
             lines, points, others = json.loads(str(found["names"]))
-            return Groups(
-                found["nodes"],
-                {name: found[f"lines{i}"] for i, name in enumerate(lines)},
-                {name: found[f"points{i}"] for i, name in enumerate(points)},
-                tuple(others),
-            )
+            lines_of = {name: found[f"lines{i}"] for i, name in enumerate(lines)}
+            return found["nodes"], lines_of, {name: found[f"points{i}"] for i, name in enumerate(points)}, tuple(others)

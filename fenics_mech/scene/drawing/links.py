@@ -46,18 +46,7 @@ class Pin:
 
 
 def trace(drawing: Drawing) -> tuple[dict[str, DrawnLink], dict[str, Pin]]:
-    """Find the links and pins of a drawing, each by name.
-
-    Parameters
-    ----------
-    drawing
-        Nodes, lines and named groups that gmsh found.
-
-    Raises
-    ------
-    SceneError
-        When a group's name says nothing, the lines of a link make several pieces, or a pin joins nothing.
-    """
+    """Find the links and pins of a drawing, each by name."""
     cells: dict[str, list[int]] = {}
     for group in drawing.line_groups:
         if not re.fullmatch(rf"{NAME}(\.{NAME})?", group):
@@ -176,16 +165,10 @@ def _is_corner(drawing: Drawing, lines: dict[int, tuple[int, int]], node: int, a
     """Whether a member ends at a node: its lines are not two, not in one group, or not in one direction."""
     if len(at) != 2 or drawing.line_group[at[0]] != drawing.line_group[at[1]]:
         return True
-    before, after = (_direction(drawing, lines[i], node) for i in at)
+    away = [drawing.nodes[sum(lines[i]) - node] - drawing.nodes[node] for i in at]
+    before, after = (along / np.linalg.norm(along) for along in away)
     turn = abs(before[0] * after[1] - before[1] * after[0])
     return bool(turn > DRAWING.corner or before @ after > 0)
-
-
-def _direction(drawing: Drawing, line: tuple[int, int], node: int) -> Array:
-    """Unit vector from a node of a line to its other node."""
-    other = line[0] + line[1] - node
-    along = drawing.nodes[other] - drawing.nodes[node]
-    return along / np.linalg.norm(along)
 
 
 def _chain(

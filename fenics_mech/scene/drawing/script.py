@@ -31,15 +31,7 @@ HINT = "A drawing may define points, curves, physical groups and their meshes; i
 
 
 def check_script(text: str, file: str) -> None:
-    """Raise `SceneError` unless a gmsh script does nothing but draw; `file` is named in the error.
-
-    Parameters
-    ----------
-    text
-        The script.
-    file
-        Its name.
-    """
+    """Raise `SceneError` unless a gmsh script does nothing but draw; `file` is named in the error."""
     for piece in PIECE.finditer(text):
         word = piece["word"] or ""
         command = re.search("[a-z]", word) and word[0].isupper() and word not in DRAWING_WORDS

@@ -9,15 +9,7 @@ from typing import Any
 def bars(
     names: Sequence[str], ends: Sequence[str], lengths: Sequence[float], angles: Sequence[float]
 ) -> dict[str, Any]:
-    """Give the data of bars, by name: each runs along its frame's x axis, and has the section of its name.
-
-    Parameters
-    ----------
-    names, ends
-        Their names, and those of both end points: "OA".
-    lengths, angles
-        Lengths (m), and rough angles at drive angle 0 (rad).
-    """
+    """Give bars by name, with ends "OA", lengths (m) and rough angles (rad): each has the section of its name."""
     return {
         name: {
             "points": {points[0]: (0.0, 0.0), points[1]: (length, 0.0)},

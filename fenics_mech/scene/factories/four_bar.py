@@ -94,10 +94,9 @@ def _start_angles(lengths: Sequence[float], branch: str) -> tuple[float, float]:
     diagonal = ground - crank  # from A to C, along x
     cosine = (coupler**2 + diagonal**2 - follower**2) / (2 * coupler * diagonal) if diagonal else 2.0
     if abs(cosine) > 1 + SCENE.folded:
-        raise SceneError(
-            f"lengths {crank:g}, {coupler:g}, {follower:g} and {ground:g} m do not close at drive angle 0",
-            hint="Any of the four must be shorter than the sum of the others",
-        )
+        what = f"lengths {crank:g}, {coupler:g}, {follower:g} and {ground:g} m do not close at drive angle 0"
+        hint = "Any of the four must be shorter than the sum of the others"
+        raise SceneError(what, hint=hint)
     cosine = max(-1.0, min(cosine, 1.0))  # where all lie in line
     side = 1 if branch == "open" else -1
     joint_b = crank + coupler * complex(cosine, side * (1 - cosine**2) ** 0.5)
@@ -105,13 +104,7 @@ def _start_angles(lengths: Sequence[float], branch: str) -> tuple[float, float]:
 
 
 def seed_four_bar(**rest: Any) -> Scene:
-    """Make the four-bar of chapter 7, with the lengths in inches from which table 7.1 was rounded.
-
-    Parameters
-    ----------
-    **rest
-        Other values, as `Scene.changed` takes them: whole tables (``analysis={...}``) or ``analysis__modes=3``.
-    """
+    """Make the four-bar of chapter 7, with the lengths in inches from which table 7.1 was rounded."""
     strip = {"area": "0.406 cm^2", "inertia": "8.67e-4 cm^4", "fibre": "0.8 mm"}
     seed = four_bar(
         crank="4.25 in",

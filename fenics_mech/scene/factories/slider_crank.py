@@ -71,10 +71,9 @@ def slider_crank(
     r, length, aside = (in_unit("m")(value) for value in (crank, rod, offset))
     direction = in_unit("rad")(guide_angle)
     if length <= r + abs(aside):
-        raise SceneError(
-            f"a crank of {r:g} m cannot turn fully with a rod of {length:g} m and an offset of {aside:g} m",
-            hint="The rod must be longer than crank and offset together",
-        )
+        what = f"a crank of {r:g} m cannot turn fully with a rod of {length:g} m and an offset of {aside:g} m"
+        hint = "The rod must be longer than crank and offset together"
+        raise SceneError(what, hint=hint)
     lean = math.asin((aside + r * math.sin(direction)) / length)  # of the rod in the guide's axes, at drive angle 0
     angle = direction + (lean if branch == "right" else math.pi - lean)
     names = ("crank", "rod")

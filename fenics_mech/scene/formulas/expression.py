@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic import AfterValidator
 
 from fenics_mech._arrays import Array
 
@@ -25,41 +26,21 @@ OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
 }
 
 
-@dataclass(frozen=True)
-class FormulaLimits:
-    """Limits of a formula."""
-
-    longest: int = 500  # characters
-    largest_power: int = 20  # beyond it derivatives and intervals soon leave the range of numbers
-    largest: float = 1e300  # number
-
-
-FORMULA = FormulaLimits()
+LONGEST = 500  # characters
+LARGEST_POWER = 20  # beyond it derivatives and intervals soon leave the range of numbers
+LARGEST = 1e300  # number
 
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula of named variables.
+    """A formula of named variables; `ValueError` where the text is anything else."""
 
-    Parameters
-    ----------
-    text
-        Python-like arithmetic: + - * / **, numbers, pi, the variables, and the functions in `FUNCTIONS`.
-    variables
-        The names that may stand in it.
-
-    Raises
-    ------
-    ValueError
-        When the text is anything else.
-    """
-
-    text: str
+    text: str  # Python-like arithmetic: + - * / **, numbers, pi, the variables, and `FUNCTIONS`
     variables: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        if len(self.text) > FORMULA.longest:
-            raise ValueError(f"a formula has at most {FORMULA.longest} characters, found {len(self.text)}")
+        if len(self.text) > LONGEST:
+            raise ValueError(f"a formula has at most {LONGEST} characters, found {len(self.text)}")
         self._check(self._tree())
 
     def uses(self, variable: str) -> bool:
@@ -71,15 +52,7 @@ class Formula:
         return self._value(self._tree(), functions, values | {"pi": np.float64(math.pi)})
 
     def jet(self, variable: Jet, **parameters: float) -> Jet:
-        """Value and two derivatives by the one variable that is not among the parameters.
-
-        Parameters
-        ----------
-        variable
-            The variable with its derivatives, arrays of any shape.
-        **parameters
-            Numbers of the other variables, by name.
-        """
+        """Value and two derivatives by the one variable that is not among the parameters, of any shape."""
         (name,) = set(self.variables) - set(parameters)
         found = self(
             JET_FUNCTIONS, **{name: variable}, **{key: Jet.constant(p, variable) for key, p in parameters.items()}
@@ -113,8 +86,8 @@ class Formula:
 
     def _check_power(self, node: ast.expr) -> None:
         power = node.operand if isinstance(node, ast.UnaryOp) else node
-        if not isinstance(power, ast.Constant) or not abs(power.value) <= FORMULA.largest_power:  # type: ignore[arg-type,operator]
-            raise ValueError(f"{ast.unparse(node)!r}: an exponent is a number of at most {FORMULA.largest_power}")
+        if not isinstance(power, ast.Constant) or not abs(power.value) <= LARGEST_POWER:  # type: ignore[arg-type,operator]
+            raise ValueError(f"{ast.unparse(node)!r}: an exponent is a number of at most {LARGEST_POWER}")
 
     def _value(self, node: ast.expr, functions: Mapping[str, Callable[[Any], Any]], values: Mapping[str, Any]) -> Any:
         match node:
@@ -133,8 +106,13 @@ class Formula:
         raise AssertionError(ast.dump(node))  # `_check` has let nothing else pass
 
 
+def formula_of(*variables: str) -> AfterValidator:
+    """Give what refuses texts that are no formula of some variables."""
+    return AfterValidator(lambda text: Formula(text, variables).text)
+
+
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= FORMULA.largest
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
 class Arithmetic:
@@ -171,26 +149,12 @@ class Jet(Arithmetic):
 
     @classmethod
     def variable(cls, value: Array) -> Jet:
-        """Give the variable itself.
-
-        Parameters
-        ----------
-        value
-            Values of the variable, of any shape.
-        """
+        """Give the variable itself."""
         return cls(value, np.ones_like(value), np.zeros_like(value))
 
     @classmethod
     def constant(cls, value: float, like: Jet) -> Jet:
-        """Give a constant of the shape of another jet.
-
-        Parameters
-        ----------
-        value
-            The constant.
-        like
-            A jet of the shape wanted.
-        """
+        """Give a constant of the shape of another jet."""
         zero = np.zeros_like(like.value)
         return cls(zero + value, zero, zero)
 
@@ -223,14 +187,18 @@ class Jet(Arithmetic):
         raise ValueError("an exponent is a number")
 
 
-def jet_functions(functions: Mapping[str, Callable[[Any], Any]]) -> dict[str, Callable[[Any], Any]]:
-    """Extend functions to jets of what they take; what is no jet they take as before.
+def slopes_of(law: Callable[..., Any], time: Array, place: Array, rate: Array) -> tuple[Array, Array, Array]:
+    """Give a law of time, place and rate, and its derivatives by place and rate, ``(times,)`` each."""
+    none, one = np.zeros_like(time), np.ones_like(time)
+    found = []
+    for by in ((one, none), (none, one)):
+        value = law(*(Jet(x, own, none) for x, own in zip((time, place, rate), (none, *by))))
+        found.append(value if isinstance(value, Jet) else Jet(none + value, none, none))
+    return found[0].value, found[0].first, found[1].first
 
-    Parameters
-    ----------
-    functions
-        Functions of the names in `FUNCTIONS`.
-    """
+
+def jet_functions(functions: Mapping[str, Callable[[Any], Any]]) -> dict[str, Callable[[Any], Any]]:
+    """Extend functions to jets of what they take; what is no jet they take as before."""
     sin, cos, tan, exp, tanh, sqrt = (functions[name] for name in ("sin", "cos", "tan", "exp", "tanh", "sqrt"))
     derivatives: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
         "sin": (cos, lambda x: -sin(x)),

@@ -15,18 +15,10 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array
 from fenics_mech.scene.formulas.expression import FUNCTIONS, Arithmetic, Formula, Jet, jet_functions
 
-
-@dataclass(frozen=True)
-class IntervalLimits:
-    """Limits of the search for places where a formula has no bounds."""
-
-    cells: int = 256  # that a range is first cut into
-    deepest: int = 40  # times that a cell is halved: 1e-12 of it is left
-    most_cells: int = 4096  # without bounds: beyond it the formula is not finite on a whole range
-    rounding: float = 1e-9  # by which a square root's argument may seem to be negative where it is 0
-
-
-INTERVAL = IntervalLimits()
+CELLS = 256  # that a range is first cut into
+DEEPEST = 40  # times that a cell is halved: 1e-12 of it is left
+MOST_CELLS = 4096  # without bounds: beyond it the formula is not finite on a whole range
+ROUNDING = 1e-9  # by which a square root's argument may seem to be negative where it is 0
 
 
 @dataclass(frozen=True)
@@ -77,7 +69,7 @@ class Interval(Arithmetic):
 
     def _from_zero(self, f: Callable[[Array], Array]) -> Interval:
         """Values of an increasing function of positive numbers; no bounds where some are negative."""
-        negative = self.low < -INTERVAL.rounding * (1 + np.abs(self.high))
+        negative = self.low < -ROUNDING * (1 + np.abs(self.high))
         low, high = f(np.maximum(self.low, 0)), f(np.maximum(self.high, 0))
         return Interval(np.where(negative, -np.inf, low), np.where(negative, np.inf, high))
 
@@ -121,36 +113,19 @@ INTERVAL_JET_FUNCTIONS = jet_functions(INTERVAL_FUNCTIONS)
 
 
 def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.inf) -> float | None:
-    """Find where a formula has no bounds between two values of its variable; None where it is finite everywhere.
-
-    The range is cut into cells, and those in which interval arithmetic gives no bounds, or none above a given number,
-    are halved until it does. At a pole it never does.
-
-    Parameters
-    ----------
-    formula
-        A formula of one variable.
-    low, high
-        Ends of the range.
-    above
-        Lower bounds up to this number count as none.
-
-    Returns
-    -------
-    float or None
-        A place at which no bounds were found.
-    """
+    """Find where a formula of one variable has no bounds, or none above a number; None where it has all."""
+    # cells without bounds, or without a lower one above a number, are halved until they have: at a pole they never do
     (name,) = formula.variables
-    edges = np.linspace(low, high, INTERVAL.cells + 1)
+    edges = np.linspace(low, high, CELLS + 1)
     left, right = edges[:-1], edges[1:]
     with np.errstate(all="ignore"):
-        for _ in range(INTERVAL.deepest):
+        for _ in range(DEEPEST):
             found = formula(INTERVAL_FUNCTIONS, **{name: Interval(left, right)})
             if not isinstance(found, Interval):
                 return None if np.isfinite(found) and found > above else low
             unknown = ~(found.bounded & np.asarray(found.low > above))
             left, right = left[unknown], right[unknown]
-            if len(left) > INTERVAL.most_cells:
+            if len(left) > MOST_CELLS:
                 break
             if not len(left):
                 return None
@@ -160,19 +135,7 @@ def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.i
 
 
 def bounds_over(formula: Formula, left: Array, right: Array, *, of_second: bool = False) -> tuple[Array, Array]:
-    """Give lower and upper bounds of a formula, or of its second derivative, between values of its variable.
-
-    They are of the shape of these values.
-
-    Parameters
-    ----------
-    formula
-        A formula of one variable.
-    left, right
-        Ends of the ranges, of one shape.
-    of_second
-        Whether the second derivative is asked for.
-    """
+    """Give bounds of a formula of one variable, or of its second derivative, over ranges, of their shape."""
     (name,) = formula.variables
     inside, like = Interval(left, right), np.zeros_like(left)
     with np.errstate(all="ignore"):

@@ -6,10 +6,10 @@ Their formulas hold for numbers and, in a taper, for arrays of dimensions.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Stock, stated_factor
@@ -22,21 +22,7 @@ if TYPE_CHECKING:
 def of_one_material(
     s: Array, material: Material, area: Array | float, inertia: Array | float, fibre: Array | float
 ) -> Rigidity:
-    """Give the rigidity of a section of one material, with its outer fibres at the same distance on both sides.
-
-    Parameters
-    ----------
-    s
-        Places along the member, 0..1, ``(places,)``.
-    material
-        The member's material.
-    area
-        A (m^2), one number or ``(places,)``.
-    inertia
-        I about the neutral line (m^4), one number or ``(places,)``.
-    fibre
-        Distance from the neutral line to the outer fibres (m), one number or ``(places,)``.
-    """
+    """Give the rigidity of one material by A (m^2), I (m^4) and fibre (m) at places s, one number or ``(places,)``."""
     e = material.modulus
     rho = material.density
     return Rigidity.at(s, e * area, e * inertia, rho * area, rho * inertia, (e, e), (fibre, -fibre))
@@ -95,25 +81,11 @@ class PlainSection(Section):
         return None
 
     def cowper(self, poisson: float) -> float | None:
-        """Give Cowper's shear factor of the shape; None where it has none.
-
-        Parameters
-        ----------
-        poisson
-            Poisson's ratio of the material.
-        """
+        """Give Cowper's shear factor of the shape by Poisson's ratio; None where it has none."""
         return None
 
     def moment_over_breadth(self, y: Array) -> Array | None:
-        """Give S/b (m^2), by which a shear force Q has the shear stress ``Q S/(I b)``; None where no shape is known.
-
-        S is the first moment of what lies beyond a line about the neutral line, and b the breadth there (Zhuravskii).
-
-        Parameters
-        ----------
-        y
-            Distances of lines from the neutral line (m), ``(lines,)``.
-        """
+        """Give S/b (m^2) at y (m): shear stress is ``Q S/(I b)`` (Zhuravskii); None where no shape is known."""
         return None
 
 
@@ -256,14 +228,12 @@ class TubeSection(PlainSection):
     diameter: Annotated[Length, Positive]
     thickness: Annotated[Length, Positive]
 
-    @model_validator(mode="after")
-    def _has_a_wall(self) -> Self:
+    def _check_keys(self) -> None:
         if self.thickness > self.diameter / 2:
             raise ValueError(
                 f"the wall of a tube is at most half its diameter: expected thickness <= {self.diameter / 2:g} m, "
                 f"found {self.thickness:g} m"
             )
-        return self
 
     @property
     def area(self) -> float:
@@ -322,8 +292,7 @@ class ISection(PlainSection):
     flange: Annotated[Length, Positive]
     web: Annotated[Length, Positive]
 
-    @model_validator(mode="after")
-    def _has_a_web(self) -> Self:
+    def _check_keys(self) -> None:
         if 2 * self.flange > self.height:
             raise ValueError(
                 f"two flanges are at most as high as the I: expected flange <= {self.height / 2:g} m, "
@@ -331,7 +300,6 @@ class ISection(PlainSection):
             )
         if self.web > self.width:
             raise ValueError(f"the web is at most as wide as the I: expected <= {self.width:g} m, found {self.web:g} m")
-        return self
 
     @property
     def area(self) -> float:

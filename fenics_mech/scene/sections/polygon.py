@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part, check_known
 from fenics_mech.scene.sections.plain import ShearFactor
-from fenics_mech.scene.sections.rigidity import (
-    SECTION,
-    Rigidity,
-    Section,
-    Stock,
-    lines_from,
-    stated_factor,
-)
+from fenics_mech.scene.sections.rigidity import SECTION, Rigidity, Section, Stock, lines_from, stated_factor
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:
@@ -84,15 +77,13 @@ class PolygonSection(Section):
     shear_factor: ShearFactor | None = None
     axis: Literal["neutral", "middle", "origin"] = "neutral"
 
-    @model_validator(mode="after")
-    def _is_a_shape(self) -> Self:
+    def _check_keys(self) -> None:
         if bool(self.parts) == (self.outline is not None) or (self.parts and self.holes):
             raise ValueError("a polygon has either an outline, with holes, or parts")
         shapes = [_polygon(part.outline or (), part.holes) for part in self.parts or (self,)]
         for i, shape in enumerate(shapes):
             if any(shape.intersection(o).area > SECTION.touching * min(shape.area, o.area) for o in shapes[:i]):
                 raise ValueError(f"part {i} lies over another part; parts may share sides only")
-        return self
 
     def _polygons(self, stock: Stock) -> list[tuple[Outline, tuple[Outline, ...], Any]]:
         """Outline, holes and material of each polygon."""
@@ -111,8 +102,7 @@ class PolygonSection(Section):
         corners = [(y, of.modulus) for outline, _, of in polygons for y, _ in outline]
         (top, e_top), (bottom, e_bottom) = max(corners), min(corners, key=lambda corner: (corner[0], -corner[1]))
         ea, ei, rho_a, neutral = _integrals(polygons, max(abs(top), abs(bottom)))
-        rho_i = sum(of.density * _second_moment(outline, holes, neutral) for outline, holes, of in polygons)
-        first = sum(of.density * _first_moment(outline, holes, neutral) for outline, holes, of in polygons)
+        first, rho_i = sum(of.density * _moments(outline, holes, neutral) for outline, holes, of in polygons)
         axis = {"neutral": neutral, "middle": (top + bottom) / 2, "origin": 0.0}[self.axis]
         lines = lines_from(axis, neutral, neutral + first / rho_a, top - bottom)
         return Rigidity.at(s, ea, ei, rho_a, rho_i, (e_top, e_bottom), (top - neutral, bottom - neutral), *lines)
@@ -121,9 +111,9 @@ class PolygonSection(Section):
         """EI about the line in the plane through the stiffness-weighted middle, as `Section.bending_across` says."""
         turned = [(_across(outline), tuple(map(_across, holes)), of) for outline, holes, of in self._polygons(stock)]
         areas = [_polygon(outline, holes).area for outline, holes, _ in turned]
-        first = sum(of.modulus * _first_moment(outline, holes, 0.0) for outline, holes, of in turned)
+        first = sum(of.modulus * _moments(outline, holes, 0.0)[0] for outline, holes, of in turned)
         middle = first / sum(of.modulus * area for area, (_, _, of) in zip(areas, turned))
-        ei = sum(of.modulus * _second_moment(outline, holes, middle) for outline, holes, of in turned)
+        ei = sum(of.modulus * _moments(outline, holes, middle)[1] for outline, holes, of in turned)
         return np.full_like(s, ei)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
@@ -162,37 +152,21 @@ def _across(outline: Outline) -> Outline:
     return tuple((z, y) for y, z in outline)
 
 
-def _first_moment(outline: Outline, holes: tuple[Outline, ...], neutral: float) -> float:
-    """First moment of area of a polygon about the line y = neutral (m^3), by Green's theorem along its sides."""
+def _moments(outline: Outline, holes: tuple[Outline, ...], neutral: float) -> Array:
+    """First (m^3) and second (m^4) moment of area of a polygon about y = neutral, by Green's theorem, ``(2,)``."""
 
-    def around(corners: Outline) -> float:
+    def around(corners: Outline) -> Array:
         (y, z), (y2, z2) = (np.roll(corners, -k, axis=0).T for k in (0, 1))
         a, b = y - neutral, y2 - neutral
         twice_area = a * z2 - b * z
-        return float(np.sum((a + b) * twice_area) / 6 * np.sign(np.sum(twice_area)))
-
-    return around(outline) - sum(around(hole) for hole in holes)
-
-
-def _second_moment(outline: Outline, holes: tuple[Outline, ...], neutral: float) -> float:
-    """Second moment of area of a polygon about the line y = neutral (m^4), by Green's theorem along its sides."""
-
-    def around(corners: Outline) -> float:
-        (y, z), (y2, z2) = (np.roll(corners, -k, axis=0).T for k in (0, 1))
-        a, b = y - neutral, y2 - neutral
-        return abs(float(np.sum((a**2 + a * b + b**2) * (a * z2 - b * z)))) / 12
+        both = np.array([np.sum((a + b) * twice_area) / 6, np.sum((a**2 + a * b + b**2) * twice_area) / 12])
+        return both * np.sign(np.sum(twice_area))
 
     return around(outline) - sum(around(hole) for hole in holes)
 
 
 def _polygon(outline: Outline, holes: tuple[Outline, ...], scale: float = 1.0) -> Any:
-    """Make shapely's polygon, scaled.
-
-    Raises
-    ------
-    ValueError
-        When it is none, or the extra that brings shapely is not installed.
-    """
+    """Make shapely's polygon, scaled; `ValueError` where it is none, or shapely is not installed."""
     try:
         import sectionproperties.pre  # noqa: F401, PLC0415  (an extra, and slow to import)
         from shapely import Polygon, is_valid_reason  # noqa: PLC0415

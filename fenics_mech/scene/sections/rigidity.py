@@ -37,28 +37,16 @@ SECTION = SectionLimits()
 
 @dataclass(frozen=True)
 class Rigidity:
-    """Stiffness, mass and outer fibres at places along a member.
+    """Stiffness, mass and outer fibres at places along a member."""
 
-    Parameters
-    ----------
-    axial, bending, line_density, rotary_inertia
-        EA (N), EI about the neutral line (N m^2), rho A (kg/m) and rho I about the neutral line (kg m), ``(places,)``.
-    modulus
-        Young's modulus of the outer fibres, first on the side of the normal, then opposite (Pa), ``(places, 2)``.
-    fibre
-        Place of these fibres along the normal, from the neutral line (m), ``(places, 2)``: the second is negative.
-    neutral, mass_centre
-        Places of the neutral line and the centre of mass along the normal, from the member's axis (m), ``(places,)``.
-    """
-
-    axial: Array
-    bending: Array
-    line_density: Array
-    rotary_inertia: Array
-    modulus: Array
-    fibre: Array
-    neutral: Array
-    mass_centre: Array
+    axial: Array  # EA (N), ``(places,)``, and so are the next three
+    bending: Array  # EI about the neutral line (N m^2)
+    line_density: Array  # rho A (kg/m)
+    rotary_inertia: Array  # rho I about the neutral line (kg m)
+    modulus: Array  # Young's modulus of the outer fibres, that on the side of the normal first (Pa), ``(places, 2)``
+    fibre: Array  # their places from the neutral line (m), ``(places, 2)``: the second is negative
+    neutral: Array  # place of the neutral line from the member's axis (m), ``(places,)``
+    mass_centre: Array  # place of the centre of mass from the member's axis (m), ``(places,)``
 
     @classmethod
     def at(
@@ -73,36 +61,14 @@ class Rigidity:
         neutral: float = 0.0,
         mass_centre: float = 0.0,
     ) -> Rigidity:
-        """Make one at places `s` from values that may be the same at all of them.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        ea, ei
-            EA (N) and EI about the neutral line (N m^2), one number each or ``(places,)``.
-        rho_a, rho_i
-            rho A (kg/m) and rho I about the neutral line (kg m), one number each or ``(places,)``.
-        modulus
-            Young's modulus of the outer fibres, first on the side of the normal (Pa).
-        fibre
-            Their places along the normal, from the neutral line (m), one number each or ``(places,)``.
-        neutral, mass_centre
-            Places of the neutral line and the centre of mass along the normal, from the axis (m).
-        """
+        """Make one at places `s` from values in the order of the fields, which may be the same at all places."""
         along = (np.broadcast_to(value, s.shape) for value in (ea, ei, rho_a, rho_i))
         outer = (np.stack([np.broadcast_to(v, s.shape) for v in pair], axis=-1) for pair in (modulus, fibre))
         lines = (np.full(s.shape, value) for value in (neutral, mass_centre))
         return cls(*along, *outer, *lines)
 
     def moved(self, offset: float) -> Rigidity:
-        """Give the same section elsewhere along the normal.
-
-        Parameters
-        ----------
-        offset
-            How far it is moved, towards the side of the normal (m).
-        """
+        """Give the same section farther along the normal (m)."""
         if not offset:
             return self
         return replace(self, neutral=self.neutral + offset, mass_centre=self.mass_centre + offset)
@@ -110,17 +76,9 @@ class Rigidity:
 
 @dataclass(frozen=True)
 class Stock:
-    """What a member's section draws on.
+    """What a member's section draws on."""
 
-    Parameters
-    ----------
-    material
-        The member's own material, if it names one.
-    materials, sections
-        All of the scene's, by name.
-    """
-
-    material: Material | None
+    material: Material | None  # its own, if it names one
     materials: Mapping[str, Material]
     sections: Mapping[str, Section]
 
@@ -140,90 +98,31 @@ class Section(Part, ABC):
 
     @abstractmethod
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
-        """Give the rigidity of a member with this section.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, shape ``(places,)``.
-        stock
-            What the section may name.
-        """
+        """Give the rigidity of a member with this section at places ``(places,)``, 0..1 along it."""
 
     @abstractmethod
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
-        """Give G A_s of a member with this section (N), ``(places,)``: shear force over mean shear angle.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, shape ``(places,)``.
-        stock
-            What the section may name.
-        place
-            The section's place in the scene, for errors.
-
-        Raises
-        ------
-        SceneError
-            When the shear factor is not stated and does not follow from the shape.
-        """
+        """Give G A_s (N), ``(places,)``: shear force over mean shear angle; an error at `place` without it."""
 
     def bending_across(self, s: Array, stock: Stock) -> Array | None:
-        """Give EI across the plane of motion (N m^2), ``(places,)``; None where the section does not say it.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, shape ``(places,)``.
-        stock
-            What the section may name.
-        """
+        """Give EI across the plane of motion (N m^2), ``(places,)``; None where the section does not say it."""
         return None
 
     def check(self, place: str, stock: Stock) -> None:
-        """Raise `SceneError`, with `place`, where it names something that the scene does not have.
-
-        Parameters
-        ----------
-        place
-            The section's place in the scene, for the error.
-        stock
-            What the section may name.
-        """
+        """Raise `SceneError`, with `place`, where it names something that the scene does not have."""
 
 
 def lines_from(axis: float, neutral: float, mass_centre: float, height: float) -> tuple[float, float]:
-    """Give the places of the neutral line and of the centre of mass, from the member's axis (m).
-
-    The places given, and the height of the section, are in m. Distances that rounding makes are 0.
-
-    Parameters
-    ----------
-    axis, neutral, mass_centre
-        Heights of the member's axis, of the neutral line and of the centre of mass (m).
-    height
-        Height of the section (m).
-    """
+    """Give neutral line and centre of mass from the member's axis (m); distances that rounding makes are 0."""
     neutral = axis if abs(neutral - axis) < SECTION.same_line * height else neutral
     mass_centre = neutral if abs(mass_centre - neutral) < SECTION.same_line * height else mass_centre
     return neutral - axis, mass_centre - axis
 
 
 def stated_factor(factor: float | None, place: str) -> float:
-    """Give a section's shear factor; raise `SceneError` where it is not stated.
-
-    Parameters
-    ----------
-    factor
-        The share of the area that carries shear, if it is stated.
-    place
-        The section's place in the scene, for the error.
-    """
+    """Give a section's shear factor; raise `SceneError` where it is not stated."""
     if factor is None:
-        raise SceneError(
-            "shear needs this section's shear factor, which does not follow from what it states",
-            place=f"{place}.shear_factor",
-            hint="Give the share of the area that carries shear, as in 5/6 for a rectangle",
-        )
+        what = "shear needs this section's shear factor, which does not follow from what it states"
+        hint = "Give the share of the area that carries shear, as in 5/6 for a rectangle"
+        raise SceneError(what, place=f"{place}.shear_factor", hint=hint)
     return factor

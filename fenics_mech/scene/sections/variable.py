@@ -152,15 +152,7 @@ class TaperSection(Section):
         return self.along(s, stock.sections).shear_stiffness(s, stock, f"sections.{self.from_}")
 
     def along(self, s: Array, sections: Mapping[str, Section]) -> Section:
-        """Give the section with its dimensions as arrays over places.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        sections
-            The sections of the scene, by name.
-        """
+        """Give the section with its dimensions as arrays over places, 0..1, ``(places,)``."""
         first, second = (sections[name].model_dump(exclude={"shape"}) for name in (self.from_, self.to))
         here = {name: value + (second[name] - value) * s for name, value in first.items() if value is not None}
         return sections[self.from_].model_copy(update=here)
@@ -171,10 +163,8 @@ class TaperSection(Section):
             check_known(name, stock.sections, "section", f"{place}.{key}")
         first, second = stock.sections[self.from_], stock.sections[self.to]
         if not isinstance(first, PlainSection) or type(first) is not type(second):
-            raise SceneError(
-                f"it goes from {self.from_!r} to {self.to!r}, which are no two sections of one shape with dimensions",
-                place=place,
-                hint="A taper joins two plain sections of one shape, such as two rectangles",
-            )
+            what = f"it goes from {self.from_!r} to {self.to!r}, which are no two sections of one shape with dimensions"
+            hint = "A taper joins two plain sections of one shape, such as two rectangles"
+            raise SceneError(what, place=place, hint=hint)
         if (first.shear_factor is None) != (second.shear_factor is None):
             raise SceneError("only one of its two sections states a shear factor", place=place, hint="Give it to both")

@@ -20,37 +20,20 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.studies.design.fit import Truths
 from fenics_mech.studies.design.scatter import CUT
 
-
-@dataclass(frozen=True)
-class ChaosLimits:
-    """Numbers of the fit."""
-
-    samples: float = 2.0  # for each polynomial, at least
-    most: int = 12  # largest degree
-    terms: int = 600  # polynomials at most
-    nodes: int = 64  # of the quadrature by which they are made orthonormal
-
-
-CHAOS, TINY = ChaosLimits(), float(np.finfo(float).tiny)
+SAMPLES = 2.0  # for each polynomial, at least
+MOST = 12  # largest degree
+TERMS = 600  # polynomials at most
+NODES = 64  # of the quadrature by which they are made orthonormal
+TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
 class Chaos:
-    """A number as a sum of orthonormal polynomials.
+    """A number as a sum of orthonormal polynomials."""
 
-    Parameters
-    ----------
-    powers
-        Degree of each polynomial in each variable, ``(polynomials, variables)``; the first is the constant.
-    coefficients
-        Of the polynomials, ``(polynomials,)``.
-    left
-        Share of the variance of samples that they do not tell, each sample by a fit to all others.
-    """
-
-    powers: Index
-    coefficients: Array
-    left: float
+    powers: Index  # degree of each polynomial in each variable, ``(polynomials, variables)``; the first is the constant
+    coefficients: Array  # of the polynomials, ``(polynomials,)``
+    left: float  # share of the variance of samples that they do not tell, each sample by a fit to all others
 
     @property
     def degree(self) -> int:
@@ -84,35 +67,15 @@ class Chaos:
 
 
 def polynomial_chaos(places: Array, values: Array, normal: Truths) -> Chaos | None:
-    """Fit polynomials to samples; of all degrees that of the least error counts.
-
-    Parameters
-    ----------
-    places
-        Where the variables are in their ranges, 0..1, ``(samples, variables)``.
-    values
-        The number there, ``(samples,)``.
-    normal
-        Which variables have a normal distribution, cut at four deviations; others are uniform, ``(variables,)``.
-
-    Returns
-    -------
-    Chaos or None
-        None where there are fewer samples than two for each linear term, or the number does not scatter.
-
-    Examples
-    --------
-    >>> places = np.random.default_rng(0).random((40, 2))
-    >>> found = polynomial_chaos(places, places[:, 0] * places[:, 1], np.zeros(2, dtype=bool))
-    >>> found.degree, found.first.round(4).tolist(), round(found.mean, 4)
-    (2, [0.4286, 0.4286], 0.25)
-    """
+    """Fit polynomials to samples; of all degrees that of the least error counts."""
+    # places 0..1 in the ranges of the variables ``(samples, variables)``, values there ``(samples,)``; variables whose
+    # distribution is normal, cut at `CUT` deviations ``(variables,)``: others are as likely everywhere
     best: Chaos | None = None
     if not np.ptp(values) > 0:
         return None
     each = np.stack([_orthonormal(place, bool(cut)) for place, cut in zip(places.T, normal)])
-    for degree in range(1, CHAOS.most + 1):
-        powers = _powers(degree, places.shape[1], int(len(values) / CHAOS.samples))
+    for degree in range(1, MOST + 1):
+        powers = _powers(degree, places.shape[1], int(len(values) / SAMPLES))
         if powers is None:
             break
         found = _fitted(each, powers, values)
@@ -123,7 +86,7 @@ def polynomial_chaos(places: Array, values: Array, normal: Truths) -> Chaos | No
 
 def _powers(degree: int, variables: int, most: int) -> Index | None:
     """Degrees of all polynomials up to a total degree, the constant first; None where they are too many."""
-    if comb(degree + variables, variables) > min(most, CHAOS.terms):
+    if comb(degree + variables, variables) > min(most, TERMS):
         return None
     rows: list[list[int]] = [[]]
     for _ in range(variables):
@@ -133,10 +96,10 @@ def _powers(degree: int, variables: int, most: int) -> Index | None:
 
 def _orthonormal(place: Array, cut: bool) -> Array:
     """Orthonormal polynomials of one variable at its samples, ``(samples, most + 1)``."""
-    points, weights = np.polynomial.legendre.leggauss(CHAOS.nodes)
+    points, weights = np.polynomial.legendre.leggauss(NODES)
     if cut:
         weights = weights * np.exp(-((CUT * points) ** 2) / 2)
-    at_points, at_samples = (np.polynomial.legendre.legvander(x, CHAOS.most) for x in (points, 2 * place - 1))
+    at_points, at_samples = (np.polynomial.legendre.legvander(x, MOST) for x in (points, 2 * place - 1))
     lower = np.linalg.cholesky((at_points.T * (weights / weights.sum())) @ at_points)
     return np.asarray(np.linalg.solve(lower, at_samples.T).T)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,43 +17,21 @@ from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit
 
 @dataclass(frozen=True)
 class DesignVariable:
-    """A variable of a study in SI.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    numbers
-        The numbers of the scene that follow it.
-    lower, upper
-        Its bounds; of a choice the first and the last index.
-    start
-        Where a search begins.
-    unit
-        SI unit, "1" where it has none.
-    choices
-        Values of a choice, whose variable is their index.
-    written
-        The unit in which its bounds or its start are written, and how much of SI it is; None where they have none.
-    """
+    """A variable of a study in SI."""
 
     name: str
-    numbers: tuple[Tied, ...]
+    numbers: tuple[Tied, ...]  # the numbers of the scene that follow it
+    # lower, upper: its bounds; of a choice the first and the last index
     lower: float
     upper: float
-    start: float
-    unit: str = "1"
-    choices: tuple[Any, ...] = ()
+    start: float  # where a search begins
+    unit: str = "1"  # SI unit, "1" where it has none
+    choices: tuple[Any, ...] = ()  # values of a choice, whose variable is their index
+    # the unit in which its bounds or its start are written, and how much of SI it is; None where they have none
     written: tuple[str, float] | None = None
 
     def values(self, value: float) -> dict[str, Any]:
-        """Give the numbers of the scene at a value of the variable, by dotted path.
-
-        Parameters
-        ----------
-        value
-            The value in SI; of a choice the index, which is rounded.
-        """
+        """Give the numbers of the scene at a value of the variable, by dotted path."""
         if self.choices:
             chosen = self.choices[round(value)]
             return {tied.number: chosen for tied in self.numbers}
@@ -65,46 +44,15 @@ class DesignVariable:
 
 @dataclass(frozen=True)
 class Design:
-    """A scene with the variables of its study.
+    """A scene with the variables of its study."""
 
-    Parameters
-    ----------
-    scene
-        The scene, without its study and its measurements, which change no result.
-    study
-        The study.
-    variables
-        Its variables, in order.
-
-    Examples
-    --------
-    >>> study = {"variables": {"speed": {"numbers": ["drive.speed"], "between": ["100 rpm", "300 rpm"]}}}
-    >>> design = Design.of(fm.load("demos/four_bar.toml").changed(study=study))
-    >>> design.at([20.0]).drive.speed
-    20.0
-    """
-
-    scene: Scene
+    scene: Scene  # the scene, without its study and its measurements, which change no result
     study: Study
-    variables: tuple[DesignVariable, ...]
+    variables: tuple[DesignVariable, ...]  # its variables, in order
 
     @classmethod
     def of(cls, scene: Scene, study: Study | None = None) -> Design:
-        """Read the variables of a study.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        study
-            Its study; by default the one that the scene states.
-
-        Raises
-        ------
-        SceneError
-            When there is none, a path is not that of a number of the scene, bounds are not valid there or the wrong
-            way round, or the start is not within them.
-        """
+        """Read the variables of a study."""
         study = study or scene.study
         if study is None:
             raise SceneError("the scene states no study", place="study", hint="Add a [study] with its variables")
@@ -126,54 +74,23 @@ class Design:
         return [(variable.lower, variable.upper) for variable in self.variables]
 
     def changes(self, values: Sequence[float]) -> dict[str, Any]:
-        """Give the numbers of the scene at values of the variables, by dotted path.
-
-        Parameters
-        ----------
-        values
-            A value of each variable, in SI.
-        """
+        """Give the numbers of the scene at values of the variables, by dotted path."""
         found: dict[str, Any] = {}
         for variable, value in zip(self.variables, values, strict=True):
             found |= variable.values(float(value))
         return found
 
     def at(self, values: Sequence[float]) -> Scene:
-        """Give the scene at values of the variables.
-
-        Parameters
-        ----------
-        values
-            A value of each variable, in SI.
-
-        Raises
-        ------
-        SceneError
-            When the scene is not valid with them.
-        """
+        """Give the scene at values of the variables."""
         return Scene.read(placed(scene_data(self.scene), self.changes(values)))
 
     def shown(self, values: Sequence[float]) -> dict[str, Any]:
-        """Give the values as a user states them, by the variables' names.
-
-        Parameters
-        ----------
-        values
-            A value of each variable, in SI.
-        """
+        """Give the values as a user states them, by the variables' names."""
         return {variable.name: variable.shown(float(value)) for variable, value in zip(self.variables, values)}
 
 
 def refuse_twice(variables: Sequence[DesignVariable], place: str) -> None:
-    """Raise `SceneError` where two variables change one number.
-
-    Parameters
-    ----------
-    variables
-        The variables.
-    place
-        The table that states them.
-    """
+    """Raise `SceneError` where two variables change one number."""
     seen: dict[str, str] = {}
     for variable in variables:
         for tied in variable.numbers:
@@ -186,31 +103,25 @@ def refuse_twice(variables: Sequence[DesignVariable], place: str) -> None:
             seen[tied.number] = variable.name
 
 
-def _read(scene: Scene, place: str, variable: Variable) -> DesignVariable:
-    """Read one variable; errors name its place in the study."""
+@contextmanager
+def named_at(place: str) -> Iterator[None]:
+    """Let errors name a place in the study."""
     try:
-        numbers = tied_numbers(scene, variable.numbers)
-        return _choice(scene, place, numbers, variable) if variable.choices else _range(scene, place, numbers, variable)
+        yield
     except SceneError as error:
         at = place if error.place.startswith(place) or not error.place else f"{place}: {error.place}"
         raise SceneError(error.message, place=at, hint=error.hint) from None
 
 
+def _read(scene: Scene, place: str, variable: Variable) -> DesignVariable:
+    """Read one variable."""
+    with named_at(place):
+        numbers = tied_numbers(scene, variable.numbers)
+        return _choice(scene, place, numbers, variable) if variable.choices else _range(scene, place, numbers, variable)
+
+
 def tied_numbers(scene: Scene, numbers: Sequence[str | Tied]) -> tuple[Tied, ...]:
-    """Give the numbers of the scene that follow a variable.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    numbers
-        Paths, or numbers with a factor and a power.
-
-    Raises
-    ------
-    SceneError
-        When the scene has no such number.
-    """
+    """Give the numbers of the scene that follow a variable."""
     found = tuple(tied if isinstance(tied, Tied) else Tied(number=tied) for tied in numbers)
     for tied in found:
         _refuse_unknown(scene, tied.number)

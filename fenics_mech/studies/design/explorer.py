@@ -11,7 +11,6 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import DerivativeError, MechanismError, SceneError
-from fenics_mech.studies.design.derivative_kinds import why_differences
 from fenics_mech.studies.design.slopes import slopes
 from fenics_mech.studies.design.trial import Trial, Trials
 
@@ -28,21 +27,11 @@ Progress = Callable[[int, Trial, Trial | None], None]  # number of trials, the l
 
 @dataclass(frozen=True)
 class Explorer:
-    """Trials over variables from 0 to 1.
+    """Trials over variables from 0 to 1."""
 
-    Parameters
-    ----------
-    trials
-        Runs the trials.
-    progress
-        Called after each trial.
-    history
-        All trials, in order.
-    """
-
-    trials: Trials
-    progress: Progress = _silent
-    history: list[Trial] = field(default_factory=list)
+    trials: Trials  # runs the trials
+    progress: Progress = _silent  # called after each trial
+    history: list[Trial] = field(default_factory=list)  # all trials, in order
     _known: dict[tuple[float, ...], Trial] = field(default_factory=dict)
     _slopes: dict[tuple[float, ...], dict[str, Array]] = field(default_factory=dict)  # at the last point
     _without: list[str] = field(default_factory=list)  # why trials had no derivatives of their own
@@ -58,13 +47,7 @@ class Explorer:
 
     @cached_property
     def first(self) -> Trial:
-        """The trial of the start.
-
-        Raises
-        ------
-        SceneError
-            When it fails.
-        """
+        """The trial of the start."""
         trial = self.run([self.to_unit(self.trials.design.start)])[0]
         if trial.failed:
             said = f"the scene that the study starts from fails: {trial.message}"
@@ -89,13 +72,7 @@ class Explorer:
         return tuple(float(round(v) if variable.choices else v) for v, variable in zip(found, variables))
 
     def run(self, units: Sequence[Array]) -> list[Trial]:
-        """Run trials at variables from 0 to 1, or give those that were run before.
-
-        Parameters
-        ----------
-        units
-            The variables of each trial, ``(variables,)`` each.
-        """
+        """Run trials at variables from 0 to 1, or give those that were run before."""
         points = [self.values(unit) for unit in units]
         keys = [_key(point) for point in points]
         new = [point for key, point in dict(zip(keys, points)).items() if key not in self._known]
@@ -113,19 +90,12 @@ class Explorer:
         """Why derivatives were differences of trials; empty where none were, or where they came from `slopes`."""
         if not self._slopes:
             return ""
-        return why_differences(self.trials.design, self.trials.quantities) or next(iter(self._without), "")
+        return self.trials.why_differences or next(iter(self._without), "")
 
     def derivatives(self, unit: Array) -> dict[str, Array]:
-        """Derivatives of all numbers by the variables, by name, ``(variables,)`` each.
-
-        They come from `slopes` where it knows the problem. Else they are central differences, one-sided at a bound
-        or beside a trial that failed, and NaN where the trials on both sides failed.
-
-        Parameters
-        ----------
-        unit
-            The variables, ``(variables,)``.
-        """
+        """Derivatives of all numbers by the variables, by name, ``(variables,)`` each."""
+        # They come from `slopes` where it knows the problem. Else they are central differences, one-sided at a bound
+        # or beside a trial that failed, and NaN where the trials on both sides failed.
         if (key := _key(unit)) not in self._slopes:
             found = self._by_linearised(unit) or self._by_differences(unit)
             self._slopes.clear()
@@ -135,7 +105,7 @@ class Explorer:
     def _by_linearised(self, unit: Array) -> dict[str, Array]:
         """Derivatives from the linearised equation; none where it does not give them."""
         trial = self.run([unit])[0]
-        if trial.failed or not self.trials.linearised:
+        if trial.failed or self.trials.why_differences:
             return {}
         try:
             found = slopes(self.trials, trial.values)

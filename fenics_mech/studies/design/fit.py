@@ -17,89 +17,44 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, Index
 
 Truths = NDArray[np.bool_]
-
-
 TINY = float(np.finfo(float).eps)
-
-
-@dataclass(frozen=True)
-class FitLimits:
-    """Numbers of a fit."""
-
-    rounds: int = 20  # of estimates of the noise
-    same: float = 1e-3  # change of the noise, at which they end
-    least_noise: float = 1e-9  # of the size of the measured values
-    untold: float = 1 / math.sqrt(12)  # deviation of a value that may be anywhere in its range, as a share of that
-    part: float = 0.3  # of a direction of length 1, from which a variable belongs to it
-    share: float = 0.95  # of the intervals that hold the truth
-
-
-FIT = FitLimits()
+ROUNDS = 20  # of estimates of the noise
+SAME = 1e-3  # change of the noise, at which they end
+LEAST_NOISE = 1e-9  # of the size of the measured values
+UNTOLD = 1 / math.sqrt(12)  # deviation of a value that may be anywhere in its range, as a share of that
+PART = 0.3  # of a direction of length 1, from which a variable belongs to it
+SHARE = 0.95  # of the intervals that hold the truth
 
 
 @dataclass(frozen=True)
 class Noisy:
-    """Measured values in groups, each with noise of one size.
+    """Measured values in groups, each with noise of one size."""
 
-    Parameters
-    ----------
-    values
-        The values, ``(points,)``.
-    group
-        The group of each, ``(points,)``.
-    known
-        Standard deviation of the noise of each group; NaN where it is to be estimated, ``(groups,)``.
-    """
-
-    values: Array
-    group: Index
-    known: Array
+    values: Array  # the values, ``(points,)``
+    group: Index  # the group of each, ``(points,)``
+    known: Array  # standard deviation of the noise of each group; NaN where it is to be estimated, ``(groups,)``
 
     def noise(self, difference: Array, variables: int) -> Array:
-        """Standard deviation of the noise of each group, known or from the differences, ``(groups,)``.
-
-        Parameters
-        ----------
-        difference
-            Measured less predicted values, ``(points,)``.
-        variables
-            Number of variables, by which differences are smaller than the noise.
-        """
+        """Standard deviation of the noise of each group, known or from the differences, ``(groups,)``."""
         count = np.bincount(self.group, minlength=len(self.known))
         square = np.bincount(self.group, difference**2, minlength=len(self.known))
         size = np.bincount(self.group, self.values**2, minlength=len(self.known))
         free = count * max(1.0 - variables / len(self.values), TINY)  # degrees of freedom
-        found = np.sqrt(np.maximum(square / free, FIT.least_noise**2 * size / count))
+        found = np.sqrt(np.maximum(square / free, LEAST_NOISE**2 * size / count))
         found = np.where(found > 0, found, 1.0)
         return np.where(np.isnan(self.known), found, self.known)
 
 
 @dataclass(frozen=True)
 class Fit:
-    """What least squares found, for variables from 0 to 1.
+    """What least squares found, for variables from 0 to 1."""
 
-    Parameters
-    ----------
-    at
-        The variables, ``(variables,)``.
-    predicted
-        Predicted values there, ``(points,)``.
-    slopes
-        Their derivatives, ``(points, variables)``.
-    noise
-        Standard deviation of the noise of each group, ``(groups,)``.
-    data
-        What was measured.
-    converged
-        Whether the search came to its end, and the noise settled.
-    """
-
-    at: Array
-    predicted: Array
-    slopes: Array
-    noise: Array
-    data: Noisy
-    converged: bool = True
+    at: Array  # the variables, ``(variables,)``
+    predicted: Array  # predicted values there, ``(points,)``
+    slopes: Array  # their derivatives, ``(points, variables)``
+    noise: Array  # standard deviation of the noise of each group, ``(groups,)``
+    data: Noisy  # what was measured
+    converged: bool = True  # whether the search came to its end, and the noise settled
 
     @property
     def weighted(self) -> Array:
@@ -113,10 +68,8 @@ class Fit:
 
     @cached_property
     def directions(self) -> tuple[Array, Array]:
-        """Directions in which the data tell less and less, as columns, and the deviation along each.
-
-        They are the right singular vectors of the weighted derivatives, and one over its singular values.
-        """
+        """Directions in which the data tell less and less, as columns, and the deviation along each."""
+        # They are the right singular vectors of the weighted derivatives, and one over its singular values.
         _, sizes, rows = np.linalg.svd(self.slopes / self.noise[self.data.group][:, None])
         sizes = np.concatenate([sizes, np.zeros(len(self.at) - len(sizes))])
         with np.errstate(divide="ignore"):
@@ -126,58 +79,33 @@ class Fit:
     def untold(self) -> Array:
         """Directions along which the data tell no more than the bounds do, ``(variables, directions)``."""
         directions, deviation = self.directions
-        return directions[:, deviation > FIT.untold]
+        return directions[:, deviation > UNTOLD]
 
     @property
     def told(self) -> Truths:
         """Which variables the data tell: those that no untold direction has a part in, ``(variables,)``."""
-        return np.asarray(np.all(np.abs(self.untold) < FIT.part, axis=1))
+        return np.asarray(np.all(np.abs(self.untold) < PART, axis=1))
 
     @property
     def covariance(self) -> Array:
-        """Covariance of the variables, ``(variables, variables)``: the inverse of J'J, with weighted derivatives J.
-
-        Along directions that the data do not tell, a value may be anywhere in its range.
-        """
+        """Covariance of the variables, ``(variables, variables)``: the inverse of J'J, with weighted derivatives J."""
+        # Along directions that the data do not tell, a value may be anywhere in its range.
         directions, deviation = self.directions
-        return (directions * np.minimum(deviation, FIT.untold) ** 2) @ directions.T
+        return (directions * np.minimum(deviation, UNTOLD) ** 2) @ directions.T
 
     @property
     def reach(self) -> float:
         """Half the width of a confidence interval in standard deviations, by Student's t where noise is estimated."""
         from scipy.stats import norm, t  # noqa: PLC0415  (slow to import)
 
-        end = (1 + FIT.share) / 2
+        end = (1 + SHARE) / 2
         return float(t.ppf(end, self.freedom) if np.isnan(self.data.known).any() else norm.ppf(end))
 
 
 def fit(
     predict: Callable[[Array], Array], slopes: Callable[[Array], Array], data: Noisy, start: Array, tolerance: float
 ) -> Fit:
-    """Fit variables from 0 to 1 to measured values.
-
-    Parameters
-    ----------
-    predict
-        Gives the values at variables, ``(points,)``.
-    slopes
-        Gives their derivatives, ``(points, variables)``.
-    data
-        The measured values.
-    start
-        Where the search begins, ``(variables,)``.
-    tolerance
-        Relative change of variables or sum at which it ends.
-
-    Examples
-    --------
-    >>> x = np.linspace(0, 1, 50)
-    >>> measured = 0.3 + 0.01 * np.random.default_rng(1).normal(size=50)
-    >>> data = Noisy(measured, np.zeros(50, dtype=int), np.array([np.nan]))
-    >>> found = fit(lambda at: at * np.ones(50), lambda at: np.ones((50, 1)), data, np.array([0.5]), 1e-10)
-    >>> bool(np.isclose(found.at[0], measured.mean()))
-    True
-    """
+    """Fit variables from 0 to 1 to measured values, by predictions ``(points,)`` and slopes ``(points, variables)``."""
     from scipy.optimize import least_squares  # noqa: PLC0415  (slow to import)
 
     def search(at: Array, scale: Array) -> tuple[Array, bool]:
@@ -195,9 +123,9 @@ def fit(
     count = len(start)
     noise, at = data.noise(data.values - predict(start), count), start
     ended = settled = False
-    for _ in range(FIT.rounds):
+    for _ in range(ROUNDS):
         (at, ended), before = search(at, noise[data.group]), noise
         noise = data.noise(data.values - predict(at), count)
-        if settled := len(noise) == 1 or np.allclose(noise, before, rtol=FIT.same, atol=0):
+        if settled := len(noise) == 1 or np.allclose(noise, before, rtol=SAME, atol=0):
             break
     return Fit(at, predict(at), slopes(at), noise, data, ended and settled)

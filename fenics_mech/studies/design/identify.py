@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -20,10 +20,9 @@ from fenics_mech.scene.rewriting import write_like
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.explorer import Explorer
-from fenics_mech.studies.design.fit import FIT, Fit, Noisy, Truths, fit
-from fenics_mech.studies.design.kept_folder import kept_folder
+from fenics_mech.studies.design.fit import PART, Fit, Noisy, Truths, fit
 from fenics_mech.studies.design.measured_values import Observation, read_observations, stated_observations
-from fenics_mech.studies.design.trial import Trial, Trials
+from fenics_mech.studies.design.trial import Trial, Trials, kept_folder
 from fenics_mech.studies.lead_process import led
 from fenics_mech.studies.sweep_axes import value_in_si
 from fenics_mech.studies.worker_processes import Workers
@@ -112,7 +111,7 @@ class Identified:
         found = []
         for direction in self.fit.untold.T:
             parts = dict(zip(self.names, direction.tolist()))
-            found.append({name: part for name, part in parts.items() if abs(part) >= FIT.part})
+            found.append({name: part for name, part in parts.items() if abs(part) >= PART})
         return found
 
     @property
@@ -131,7 +130,7 @@ class Identified:
     def first(self) -> Array:
         """Predicted values at the start, ``(points,)``."""
         groups = _groups(self.observations).values()
-        return _joined([_predicted(group, one.first.numbers) for group, one in zip(groups, self.explorers)])
+        return np.concatenate([_predicted(group, one.first.numbers) for group, one in zip(groups, self.explorers)])
 
     def follows(self, part: slice) -> float:
         """Correlation of each difference with the next: of noise alone it is about 0.
@@ -216,14 +215,16 @@ def identify(
         count = len(Design.of(scene).variables)
         measured = _noisy(observations, count)  # which says where they are too few
         for at, group in _groups(observations).items():
-            explorers.append(_explorer(_placed(scene, at), group, (kept / "trials", workers), told))
+            explorers.append(replace(_explorer(scene, at, kept / "trials", workers, group), progress=told))
             explorers[-1].first  # noqa: B018  (it says what is wrong at the start)
         first = explorers[0]
         points = np.random.default_rng(seed).random((starts, count))
         points[0] = first.to_unit(first.trials.design.start)
         fits = [_fitted(explorers, observations, measured, point) for point in points]
-        seconds = time.perf_counter() - begun
-        found = Identified(scene, tuple(explorers), observations, min(fits, key=_misfit), seconds)
+        # minus the logarithm of the likelihood, but for a constant
+        misfits = [np.log(one.noise)[one.data.group].sum() + (one.weighted**2).sum() / 2 for one in fits]
+        best, seconds = fits[int(np.argmin(misfits))], time.perf_counter() - begun
+        found = Identified(scene, tuple(explorers), observations, best, seconds)
         if folder is not None:
             _write(found, kept, like)
     return found
@@ -254,8 +255,8 @@ def _groups(observations: Sequence[Observation]) -> dict[At, list[Observation]]:
     return found
 
 
-def _placed(scene: Scene, at: At) -> Scene:
-    """Give the scene at which data were measured."""
+def _explorer(scene: Scene, at: At, kept: Path, workers: Workers, of: Sequence[Observation]) -> Explorer:
+    """Prepare the trials of data that were measured at the same numbers of the scene."""
     variables = {} if scene.study is None else scene.study.variables
     varied = {one if isinstance(one, str) else one.number for part in variables.values() for one in part.numbers}
     if both := [path for path, _ in at if path in varied]:
@@ -263,21 +264,10 @@ def _placed(scene: Scene, at: At) -> Scene:
         raise SceneError(message, place="identify", hint="Leave it out of the variables, or out of the data")
     for path, value in at:
         value_in_si(scene, path, value)  # it says what is wrong
-    return scene.changed(dict(at)) if at else scene
-
-
-def _explorer(
-    scene: Scene,
-    observations: Sequence[Observation],
-    kept: tuple[Path, Workers],
-    progress: Callable[[int, Trial, Trial | None], None],
-) -> Explorer:
-    """Prepare the trials of data that were measured at the same numbers of the scene."""
-    design = Design.of(scene)
+    design = Design.of(scene.changed(dict(at)) if at else scene)
     if chosen := [variable.name for variable in design.variables if variable.choices]:
         raise SceneError("least squares take no choices", place=f"study.variables.{chosen[0]}", hint="Give `between`")
-    trials = Trials(design, tuple(one.of for one in observations), *kept)
-    return Explorer(trials.with_fixed_effects(), progress)
+    return Explorer(Trials(design, tuple(one.of for one in of), kept, workers).with_fixed_effects())
 
 
 def _noisy(observations: Sequence[Observation], variables: int) -> Noisy:
@@ -296,10 +286,6 @@ def _predicted(observations: Sequence[Observation], numbers: dict[str, float]) -
     return np.array([numbers[name] for one in observations for name in one.of.names])
 
 
-def _joined(parts: Sequence[Array]) -> Array:
-    return np.concatenate(parts)
-
-
 def _fitted(explorers: Sequence[Explorer], observations: Sequence[Observation], measured: Noisy, start: Array) -> Fit:
     """Fit the variables from one start."""
     far, groups = FAILED * np.abs(measured.values).max(), list(_groups(observations).values())
@@ -311,7 +297,7 @@ def _fitted(explorers: Sequence[Explorer], observations: Sequence[Observation], 
         trials = [explorer.run([unit])[0] for explorer in explorers]
         if any(trial.failed for trial in trials):
             return np.full(len(measured.values), far)
-        return _joined([_predicted(group, trial.numbers) for group, trial in zip(groups, trials)])
+        return np.concatenate([_predicted(group, trial.numbers) for group, trial in zip(groups, trials)])
 
     def slopes(unit: Array) -> Array:
         found = [explorer.derivatives(unit) for explorer in explorers]
@@ -323,12 +309,6 @@ def _fitted(explorers: Sequence[Explorer], observations: Sequence[Observation], 
         return np.nan_to_num(rows)
 
     return fit(predict, slopes, measured, start, 1e-8)
-
-
-def _misfit(found: Fit) -> float:
-    """Order of fits: minus the logarithm of the likelihood, but for a constant."""
-    points = np.log(found.noise)[found.data.group].sum()
-    return float(points + (found.weighted**2).sum() / 2)
 
 
 def _write(found: Identified, folder: Path, like: str | Path | None) -> None:

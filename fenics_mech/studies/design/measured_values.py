@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,8 +13,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.recovery.measured import finite_numbers, read_cells, read_measurement, refuse_no_strain
 from fenics_mech.scene import Scene
-from fenics_mech.studies.design.result_curves import Curve, ResultNumbers
-from fenics_mech.studies.design.result_numbers import Quantity
+from fenics_mech.studies.design.result_numbers import Curve, Quantity
 
 ANGLE = "angle_deg"
 NUMBERS = ["number", "value", "deviation"]
@@ -45,7 +45,7 @@ class Observation:
     'Hz'
     """
 
-    of: ResultNumbers
+    of: Quantity
     values: Array
     deviation: float = np.nan
     at: Mapping[str, float] = field(default_factory=dict)
@@ -80,7 +80,7 @@ class Observation:
         """
         found = np.asarray(values, dtype=float)
         _refuse_huge(name, found)
-        return cls(Curve.read(name, np.asarray(angles, dtype=float)), found, at=dict(at or {}))
+        return cls(Curve.at(name, np.asarray(angles, dtype=float)), found, at=dict(at or {}))
 
     @classmethod
     def number(cls, name: str, value: float, deviation: float, at: Mapping[str, float] | None = None) -> Observation:
@@ -107,19 +107,7 @@ class Observation:
 
 
 def read_observations(path: Path) -> list[Observation]:
-    """Read a CSV file of measured curves or numbers.
-
-    Parameters
-    ----------
-    path
-        The file. Its header is "angle_deg" and names of curves, or "number,value,deviation". Columns before these are
-        numbers of the scene by their dotted paths, at which each line was measured.
-
-    Raises
-    ------
-    SceneError
-        When it cannot be read.
-    """
+    """Read a CSV file of measured curves or numbers."""
     header, rows = read_cells(path, FORM)
     names = [cell.lower() for cell in header]
     first = next((k for k, name in enumerate(names) if name in (ANGLE, NUMBERS[0])), len(names))
@@ -155,10 +143,8 @@ def _curves(header: list[str], rows: dict[int, list[str]], path: Path, at: dict[
         raise SceneError(message, place=str(path), line=next(iter(rows)), hint="Write the drive's angle in degrees")
     found = []
     for name, values in zip(header[1:], table[:, 1:].T):
-        try:
+        with _in_line(path, 1):
             found.append(Observation.curve(name, np.radians(table[:, 0]).tolist(), values.tolist(), at))
-        except SceneError as error:
-            raise SceneError(error.message, place=str(path), line=1, hint=error.hint) from None
         if name.startswith("strain"):
             refuse_no_strain(values, path, "Write strains")
     return found
@@ -167,8 +153,15 @@ def _curves(header: list[str], rows: dict[int, list[str]], path: Path, at: dict[
 def _number(cells: list[str], path: Path, line: int, at: dict[str, float]) -> Observation:
     """Read a line of a measured number."""
     value, deviation = finite_numbers(cells[1:], 2, (path, line), FORM)
-    try:
+    with _in_line(path, line):
         return Observation.number(cells[0].strip(), value, deviation, at)
+
+
+@contextmanager
+def _in_line(path: Path, line: int) -> Iterator[None]:
+    """Let errors name a line of a file."""
+    try:
+        yield
     except SceneError as error:
         raise SceneError(error.message, place=str(path), line=line, hint=error.hint) from None
 
@@ -183,18 +176,7 @@ def _refuse_huge(name: str, values: Array) -> None:
 
 
 def stated_observations(scene: Scene) -> list[Observation]:
-    """Read the files of the measurements that a scene states.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    SceneError
-        When there are none, or one cannot be read.
-    """
+    """Read the files of the measurements that a scene states."""
     found = []
     for one in scene.measurements:
         angle, strain = read_measurement(one.file)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.studies.design.problem import PROBLEM, Problem
+from fenics_mech.studies.design.problem import WITHIN, Problem
 from fenics_mech.studies.design.trial import Trial
 
 
@@ -44,18 +44,10 @@ class Search:
 
 @dataclass(frozen=True)
 class Ending:
-    """How a search ended.
+    """How a search ended."""
 
-    Parameters
-    ----------
-    message
-        What the method said.
-    converged
-        Whether it ended by itself, and not at its limit of steps or where it was lost.
-    """
-
-    message: str
-    converged: bool
+    message: str  # what the method said
+    converged: bool  # whether it ended by itself, and not at its limit of steps or where it was lost
 
 
 Method = Callable[[Problem, Array, Search], Ending]
@@ -69,13 +61,10 @@ class _LostError(Exception):
 
 
 def by_gradients(name: str) -> Method:
-    """Give a method of SciPy's `minimize` that takes gradients and limits: "SLSQP" or "trust-constr".
-
-    Largest values have kinks, where a method may jump to where the limits cannot be kept. It begins again from the best
-    trial then, with smaller move limits about it.
-
-    Source: Haftka and Gürdal, Elements of Structural Optimization, 3rd edition, 1992, section 6.1 (move limits).
-    """
+    """Give a method of SciPy's `minimize` that takes gradients and limits: "SLSQP" or "trust-constr"."""
+    # Largest values have kinks, where a method may jump to where the limits cannot be kept. It begins again from the
+    # best trial then, with smaller move limits about it.
+    # Source: Haftka and Gürdal, Elements of Structural Optimization, 3rd edition, 1992, section 6.1 (move limits).
 
     def search(problem: Problem, start: Array, limits: Search) -> Ending:
         box, left, middle = 1.0, limits.generations, start
@@ -84,7 +73,7 @@ def by_gradients(name: str) -> Method:
             guided, shrink = _Guided(problem, problem.best), SHRINK
             try:
                 ending, at = guided.search(name, (middle, box), replace(limits, generations=left))
-                inside = np.abs(at - middle).max() < box * (1 - PROBLEM.within)
+                inside = np.abs(at - middle).max() < box * (1 - WITHIN)
                 if guided.steps >= left or (ending.converged and (inside or box == 1.0)):
                     return ending
                 shrink = 1.0 if ending.converged else SHRINK  # it goes on beyond its move limits
@@ -101,25 +90,14 @@ def by_gradients(name: str) -> Method:
 
 @dataclass
 class _Guided:
-    """A search of SciPy that is watched.
-
-    Parameters
-    ----------
-    problem
-        The problem.
-    best
-        The best trial as it was last.
-    idle, steps
-        Trials without progress, and steps of the method.
-    beyond
-        The least excess beyond a limit since the best was found; half of it is progress too.
-    """
+    """A search of SciPy that is watched."""
 
     problem: Problem
-    best: Trial | None
+    best: Trial | None  # the best trial as it was last
+    # idle, steps: trials without progress, and steps of the method
     idle: int = 0
     steps: int = 0
-    beyond: float = math.inf
+    beyond: float = math.inf  # the least excess beyond a limit since the best was found; half of it is progress too
 
     def trial(self, unit: Array) -> Trial:
         """Run a trial, or raise `_LostError` where there were many without progress."""
@@ -145,10 +123,7 @@ class _Guided:
 
         (middle, box), problem = place, self.problem
         within = NonlinearConstraint(
-            lambda unit: problem.excess_of(self.trial(unit)),
-            -np.inf,
-            0.0,
-            jac=lambda unit: problem.jacobian(unit)[1],
+            lambda unit: problem.excess_of(self.trial(unit)), -np.inf, 0.0, jac=lambda unit: problem.jacobian(unit)[1]
         )
 
         def count(*_: object) -> None:
@@ -220,10 +195,8 @@ def differential_evolution(problem: Problem, start: Array, limits: Search) -> En
 
 
 def nsga2(problem: Problem, start: Array, limits: Search) -> Ending:
-    """Search for the trade-offs between several aims by NSGA-II.
-
-    Source: Deb, Pratap, Agarwal and Meyarivan, IEEE Trans. Evol. Comput. 6 (2002) 182.
-    """
+    """Search for the trade-offs between several aims by NSGA-II."""
+    # Source: Deb, Pratap, Agarwal and Meyarivan, IEEE Trans. Evol. Comput. 6 (2002) 182.
     from pymoo.algorithms.moo.nsga2 import NSGA2  # noqa: PLC0415  (slow to import)
     from pymoo.core.problem import Problem as Vectorised  # noqa: PLC0415
     from pymoo.optimize import minimize  # noqa: PLC0415
@@ -249,10 +222,8 @@ def nsga2(problem: Problem, start: Array, limits: Search) -> Ending:
 
 
 def _covered(problem: Problem, count: int) -> float:
-    """Give what the first trials are better than, as a volume over the aims up to the worst of the trade-off.
-
-    Source: Zitzler and Thiele, IEEE Trans. Evol. Comput. 3 (1999) 257.
-    """
+    """Give what the first trials are better than, as a volume over the aims up to the worst of the trade-off."""
+    # Source: Zitzler and Thiele, IEEE Trans. Evol. Comput. 3 (1999) 257.
     from pymoo.indicators.hv import HV  # noqa: PLC0415  (slow to import)
 
     aims = np.array([problem.aims_of(trial) for trial in problem.front])

@@ -11,20 +11,51 @@ from pathlib import Path
 
 import numpy as np
 
+from fenics_mech._files import csv_text, write_table
 from fenics_mech.analysis import analyse
-from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.errors import MechanismError, ResultError, SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 from fenics_mech.scene.rewriting import write_like
 from fenics_mech.scene.writing import write_scene
-from fenics_mech.studies.design.history import History, write_trials
-from fenics_mech.studies.design.kept_folder import kept_folder
 from fenics_mech.studies.design.methods import METHODS, Ending, Search
 from fenics_mech.studies.design.problem import Problem, bounds_of
-from fenics_mech.studies.design.trial import Trial, Trials
-from fenics_mech.studies.design.trial_tasks import read_numbers
+from fenics_mech.studies.design.trial import Trial, Trials, kept_folder, read_numbers
 from fenics_mech.studies.lead_process import led
 from fenics_mech.studies.worker_processes import Workers
+
+
+class History:
+    """A CSV file of trials, to which each is added when it is known."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.written = path, 0
+
+    def follow(self, problem: Problem) -> None:
+        """Add the trials that are not written yet, once that of the start is known."""
+        if problem.best is None:
+            return
+        new = problem.history[self.written :]
+        rows = [_row(problem, number, trial) for number, trial in enumerate(new, self.written + 1)]
+        if not self.written:
+            write_table(self.path, [_head(problem)])  # a new file, whatever was in its place
+        try:
+            with open(self.path, "a", encoding="utf-8", newline="") as file:
+                file.write(csv_text(rows))
+        except OSError as error:
+            raise ResultError(f"{self.path}: cannot be written: {error.strerror}") from error
+        self.written += len(new)
+
+
+def _head(problem: Problem) -> list[str]:
+    variables = [variable.name for variable in problem.trials.design.variables]
+    return ["trial", *variables, *problem.first.numbers, "beyond limits", "seconds", "error"]
+
+
+def _row(problem: Problem, number: int, trial: Trial) -> list[object]:
+    beyond = problem.rank(trial)[0]
+    return [number, *trial.values, *trial.numbers.values(), beyond, trial.seconds, trial.error]
+
 
 ERRORS = {  # attribute of a result with the relative error of a number, by how its name begins
     "strain": "error_estimate",
@@ -105,15 +136,12 @@ class Optimum:
 
         Where the best scene is analysed as a whole on a finer mesh than trials have, what that changes counts too.
         """
-        known = {"mass": 0.0}
+        known = {}
         for quantity in self.problem.trials.quantities:
             key = next((key for start, key in ERRORS.items() if quantity.name.startswith(start)), "")
+            known[quantity.text] = float(self.result.data.attrs.get(key, np.nan)) if quantity.name != "mass" else 0.0
             if quantity.name == "frequency":
                 known[quantity.text] = float(self.result.data["frequency_error"].max())
-            elif quantity.name != "mass":
-                known[quantity.text] = float(self.result.data.attrs.get(key, np.nan))
-            else:
-                known[quantity.text] = 0.0
         aims = {name: known[name] for name, _ in self.problem.aims}
         if "refined" in self.result.data.attrs:
             trials = self.problem.trials
@@ -202,9 +230,13 @@ def optimise(
         assert best is not None
         if folder is not None:
             history.follow(problem)
-            _write_scene(problem, best, kept / "best.toml", like)
+            written, values = best_scene(problem, best), problem.trials.design.changes(best.values)
+            path = kept / "best.toml"
+            write_scene(written, path) if like is None else write_like(like, values, written, path)
             if problem.trades_off:
-                write_trials(problem, problem.front, kept / "front.csv")
+                front = sorted(problem.front, key=lambda one: one.numbers[problem.aims[0][0]])  # by the first aim
+                rows = [_row(problem, problem.history.index(trial) + 1, trial) for trial in front]
+                write_table(kept / "front.csv", [_head(problem), *rows])
         result = _analysed_whole(best_scene(problem, best).changed(effects=scene.effects), folder)
         ending = min(endings, key=lambda one: one.converged)
         found = Optimum(problem, best, result, ending, time.perf_counter() - begun)
@@ -221,12 +253,6 @@ def _analysed_whole(best: Scene, folder: str | Path | None) -> Result:
         where = "" if folder is None else f", {Path(folder) / 'best.toml'},"
         message = f"the best scene{where} was found, and its whole analysis with estimates of errors fails: {error}"
         raise MechanismError(message) from error
-
-
-def _write_scene(problem: Problem, best: Trial, path: Path, like: str | Path | None) -> None:
-    """Write the best scene, in SI or like the file that it comes from."""
-    scene, values = best_scene(problem, best), problem.trials.design.changes(best.values)
-    write_scene(scene, path) if like is None else write_like(like, values, scene, path)
 
 
 def _method(problem: Problem, method: str | None) -> str:

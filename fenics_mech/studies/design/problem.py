@@ -15,38 +15,20 @@ from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.result_numbers import Quantity
 from fenics_mech.studies.design.trial import Trial
 
-
-@dataclass(frozen=True)
-class ProblemLimits:
-    """Numbers of the search itself."""
-
-    failed: float = 10.0  # aim and excess of a limit where a trial failed, in units of those at the start
-    within: float = 1e-6  # excess of a limit that counts as none, relative
-    least: float = 1e-9  # of a limit, that a number counts as
-
-
-PROBLEM = ProblemLimits()
+FAILED = 10.0  # aim and excess of a limit where a trial failed, in units of those at the start
+WITHIN = 1e-6  # excess of a limit that counts as none, relative
+LEAST = 1e-9  # of a limit, that a number counts as
 
 
 @dataclass(frozen=True)
 class Bound:
-    """A limit as ``sign * (number - limit) / scale <= 0``, or the logarithm of their ratio where both are sizes.
+    """A limit as ``sign * (number - limit) / scale <= 0``, or the logarithm of their ratio where both are sizes."""
 
-    Strains fall with powers of the dimensions, and their logarithms are nearly linear.
+    # Strains fall with powers of the dimensions, and their logarithms are nearly linear.
 
-    Parameters
-    ----------
-    of
-        Name of the number.
-    limit
-        In SI.
-    sign
-        1 for the largest value, -1 for the least.
-    """
-
-    of: str
-    limit: float
-    sign: float
+    of: str  # name of the number
+    limit: float  # in SI
+    sign: float  # 1 for the largest value, -1 for the least
 
     @property
     def words(self) -> str:
@@ -56,7 +38,7 @@ class Bound:
     def excess(self, number: float, scale: float) -> float:
         """By how much the number is beyond the limit, in units of the scale."""
         if self._of_sizes:
-            return self.sign * math.log(max(number, PROBLEM.least * self.limit) / self.limit)
+            return self.sign * math.log(max(number, LEAST * self.limit) / self.limit)
         return self.sign * (number - self.limit) / scale
 
     @property
@@ -65,22 +47,11 @@ class Bound:
 
     def slope(self, number: float, scale: float) -> float:
         """Derivative of the excess by the number."""
-        return self.sign / (max(number, PROBLEM.least * self.limit) if self._of_sizes else scale)
+        return self.sign / (max(number, LEAST * self.limit) if self._of_sizes else scale)
 
 
 def bounds_of(study: Study) -> tuple[Bound, ...]:
-    """Give the limits of a study in SI, the least and the most of each as one.
-
-    Parameters
-    ----------
-    study
-        The study.
-
-    Raises
-    ------
-    SceneError
-        When a limit cannot be read, or the least is not below the most.
-    """
+    """Give the limits of a study in SI, the least and the most of each as one."""
     found: list[Bound] = []
     for limit in study.limits:
         quantity = Quantity.read(limit.of)
@@ -95,17 +66,9 @@ def bounds_of(study: Study) -> tuple[Bound, ...]:
 
 @dataclass(frozen=True)
 class Problem(Explorer):
-    """The aims and limits of a study over variables that go from 0 to 1.
+    """The aims and limits of a study over variables that go from 0 to 1."""
 
-    Parameters
-    ----------
-    trials, progress, history
-        As of `Explorer`.
-    squares
-        Whether trials count by the sum of the squares of their aims, and not by the sum.
-    """
-
-    squares: bool = False
+    squares: bool = False  # whether trials count by the sum of the squares of their aims, and not by the sum
 
     @cached_property
     def aims(self) -> tuple[tuple[str, float], ...]:
@@ -131,13 +94,13 @@ class Problem(Explorer):
     def aims_of(self, trial: Trial) -> Array:
         """Aims of a trial, all to be minimised, in units of those at the start, ``(aims,)``."""
         if trial.failed:
-            return np.full(len(self.aims), PROBLEM.failed)
+            return np.full(len(self.aims), FAILED)
         return np.array([sign * trial.numbers[name] / self.scales[name] for name, sign in self.aims])
 
     def excess_of(self, trial: Trial) -> Array:
         """By how much a trial is beyond each limit, relative; negative within it, ``(limits,)``."""
         if trial.failed:
-            return np.full(len(self.bounds), PROBLEM.failed)
+            return np.full(len(self.bounds), FAILED)
         return np.array([b.excess(trial.numbers[b.of], self._scale(b)) for b in self.bounds])
 
     def _scale(self, bound: Bound) -> float:
@@ -145,15 +108,8 @@ class Problem(Explorer):
         return abs(bound.limit) or self.scales[bound.of]
 
     def jacobian(self, unit: Array) -> tuple[Array, Array]:
-        """Derivatives of aims and excess by the variables, ``(aims, variables)`` and ``(limits, variables)``.
-
-        They are 0 where they are not known, so that a search moves along the other variables.
-
-        Parameters
-        ----------
-        unit
-            The variables, ``(variables,)``; see `Explorer.derivatives`.
-        """
+        """Derivatives of aims and excess by the variables, ``(aims, variables)`` and ``(limits, variables)``."""
+        # They are 0 where they are not known, so that a search moves along the other variables.
         trial, found = self.run([unit])[0], self.derivatives(unit)
         if trial.failed:  # aims and excess are constants there
             return np.zeros((len(self.aims), len(unit))), np.zeros((len(self.bounds), len(unit)))
@@ -164,7 +120,7 @@ class Problem(Explorer):
     def rank(self, trial: Trial) -> tuple[float, float]:
         """Order of trials: the largest excess beyond a limit first, then the size of the aims."""
         beyond = float(max(self.excess_of(trial).max(initial=0.0), 0.0))
-        within = beyond <= PROBLEM.within
+        within = beyond <= WITHIN
         return (0.0 if within else beyond), (math.inf if trial.failed else self.size(trial))
 
     def size(self, trial: Trial) -> float:

@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import xarray as xr
@@ -25,8 +26,44 @@ from fenics_mech.safety import KEYS, judge
 from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Target
 from fenics_mech.scene.units import EXAMPLES, in_unit
-from fenics_mech.studies.design.reductions import REDUCTIONS, reduced
-from fenics_mech.studies.design.targets import tracer_error
+
+PATHS = ("point_position_bent", "point_position")  # of links that bend, and of those that do not
+
+
+def tracer_error(result: Result, target: Target) -> xr.DataArray:
+    """Distance of a point from each place of its target (m), ``(theta,)``, one entry for each place."""
+    name = next((name for name in PATHS if name in result.data), PATHS[-1])
+    points = [str(point) for point in result.data["point"].to_numpy()] if name in result.data else []
+    if target.point not in points:
+        raise SceneError(
+            f"there is no point {target.point!r}", place="study.targets", hint=f"Known: {', '.join(points)}"
+        )
+    path = result.data[name].isel(point=points.index(target.point)).transpose("theta", "component").to_numpy()
+    wanted = np.array(target.path)
+    if target.angles:
+        found = at_angles(result.data["theta"].to_numpy(), path, np.array(target.angles))
+        return xr.DataArray(np.linalg.norm(found - wanted, axis=1), dims="theta")
+    return xr.DataArray(nearest(path, wanted), dims="theta")
+
+
+def at_angles(theta: Array, values: Array, angles: Array) -> Array:
+    """Give values of a cycle at other drive angles, by a periodic cubic spline, ``(angles, ...)``."""
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import)
+
+    turn = np.copysign(2 * np.pi, theta[1] - theta[0])
+    order = np.argsort(whole := np.append(theta, theta[0] + turn))
+    spline = CubicSpline(whole[order], np.concatenate([values, values[:1]])[order], bc_type="periodic")
+    return spline(angles)
+
+
+def nearest(path: Array, wanted: Array) -> Array:
+    """Distance of each wanted place from a closed path (m), ``(places,)``."""
+    along = np.roll(path, -1, axis=0) - path
+    square = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
+    apart = wanted[:, None] - path
+    share = np.clip((apart * along).sum(axis=2) / square, 0, 1)
+    return np.linalg.norm(apart - share[..., None] * along, axis=2).min(axis=1)
+
 
 NAME = re.compile(r"([A-Za-z_]+)((?:\[[^\[\]]+\])*)(?:\.([a-z]+))?")
 ALIASES = {"torque": "input_torque"}
@@ -42,6 +79,13 @@ OWN = {  # those that are not variables of a result: unit, meaning
     "noise": ("dB", "A-weighted level of the links' sound at 1 m"),
     "tracer_error": ("m", "distance of a point from its target"),
 }
+REDUCTIONS: dict[str, Callable[[Array], Array]] = {  # of a curve over the positions, ``(positions, places)``
+    "max": lambda curve: np.abs(curve).max(axis=0),
+    "min": lambda curve: curve.min(axis=0),
+    "mean": lambda curve: curve.mean(axis=0),
+    "rms": lambda curve: np.sqrt((curve**2).mean(axis=0)),
+    "range": lambda curve: np.ptp(curve, axis=0),
+}
 BETWEEN: dict[str, Callable[[CycleCurves], Array]] = {  # positions too; means over equal steps need no more
     "max": lambda curves: np.abs(curves.largest()[1]).max(),
     "min": lambda curves: curves.lowest()[1].min(),
@@ -52,44 +96,16 @@ FORM = "Write NAME[LABEL].REDUCTION, such as strain[coupler].max; reductions are
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number of a result.
+    """A number of a result."""
 
-    Parameters
-    ----------
-    text
-        What the user wrote.
-    name
-        Variable of the result, or one of `OWN`.
-    labels
-        Member, joint, mode or the like; all where there is none.
-    reduction
-        What is taken over the cycle; "" of what is one number already.
-
-    Examples
-    --------
-    >>> Quantity.read("strain[coupler].max").labels
-    ('coupler',)
-    """
-
-    text: str
-    name: str
-    labels: tuple[str, ...]
-    reduction: str
+    text: str  # what the user wrote
+    name: str  # variable of the result, or one of `OWN`
+    labels: tuple[str, ...]  # member, joint, mode or the like; all where there is none
+    reduction: str  # what is taken over the cycle; "" of what is one number already
 
     @classmethod
     def read(cls, text: str) -> Quantity:
-        """Read the name of a number.
-
-        Parameters
-        ----------
-        text
-            The name: ``NAME``, ``NAME.REDUCTION`` or ``NAME[LABEL].REDUCTION``.
-
-        Raises
-        ------
-        SceneError
-            When there is no such number; the error names those that are spelled nearly so.
-        """
+        """Read the name of a number."""
         match = NAME.fullmatch(text.strip())
         if match is None:
             raise SceneError(f"cannot read {shortened(text)} as a number of a result", place="study", hint=FORM)
@@ -137,18 +153,7 @@ class Quantity:
         return made_from.get(self.name, (self.name,))
 
     def in_si(self, value: float | str) -> float:
-        """Read a limit on the number.
-
-        Parameters
-        ----------
-        value
-            A number in SI, or a text with a unit.
-
-        Raises
-        ------
-        SceneError
-            When it cannot be read in the unit of the number.
-        """
+        """Read a limit on the number."""
         unit = self.unit.replace(" ", "*").replace("^", "**")
         try:
             return float(in_unit(unit)(value) if unit in EXAMPLES else value)
@@ -156,20 +161,7 @@ class Quantity:
             raise SceneError(f"{self.text!r}: {error}", place="study.limits") from error
 
     def of(self, result: Result, targets: Mapping[str, Target] | None = None) -> float:
-        """Give the number of a result.
-
-        Parameters
-        ----------
-        result
-            The result.
-        targets
-            Paths that points are to follow, by name.
-
-        Raises
-        ------
-        SceneError
-            When the result has no such variable or label, or it is not one number.
-        """
+        """Give the number of a result."""
         if self.name == "mass":
             return total_mass(result.scene, self.labels)
         if result.cases and (self.name != "safety" or self.case_of(result)):
@@ -190,13 +182,7 @@ class Quantity:
         return self._of_variable(result)
 
     def case_of(self, result: Result) -> str:
-        """Name the load case of a result that a label names; "" where none does.
-
-        Parameters
-        ----------
-        result
-            The result.
-        """
+        """Name the load case of a result that a label names; "" where none does."""
         return next((label for label in self.labels if label in result.cases), "")
 
     def _of_cases(self, result: Result, targets: Mapping[str, Target] | None) -> float:
@@ -208,32 +194,15 @@ class Quantity:
         return min(found) if self.reduction == "min" or self.name == "stability" else max(found, key=abs)
 
     def numbers(self, result: Result, targets: Mapping[str, Target]) -> dict[str, float]:
-        """Give the number of a result by its name; see `of`.
-
-        Parameters
-        ----------
-        result
-            The result.
-        targets
-            Paths that points are to follow, by name.
-        """
+        """Give the number of a result by its name; see `of`."""
         return {self.text: self.of(result, targets)}
 
     def variable(self, result: Result) -> xr.DataArray:
-        """Give the variable of a result with the labels taken.
-
-        Parameters
-        ----------
-        result
-            The result.
-
-        Raises
-        ------
-        SceneError
-            When the result has no such variable or label.
-        """
+        """Give the variable of a result with the labels taken."""
         if self.name not in result.data:
-            raise SceneError(f"{self.text!r}: this result has no {self.name!r}", place="study", hint=_available(result))
+            names = [str(name) for name, variable in result.data.data_vars.items() if variable.dtype.kind == "f"]
+            said = f"{self.text!r}: this result has no {self.name!r}"
+            raise SceneError(said, place="study", hint=f"It has {', '.join(names)}")
         return self._selected(result.data[self.name])
 
     def _of_variable(self, result: Result) -> float:
@@ -258,6 +227,22 @@ class Quantity:
         return found
 
 
+def reduced(found: xr.DataArray, reduction: str) -> float:
+    """Reduce a variable to one number: over the positions first, and then to the worst of the places."""
+    # The worst is the largest size, or the least value of "min". Vectors count by their lengths.
+    if "component" in found.dims:
+        found = ((found**2).sum("component")) ** 0.5
+    values = found.transpose("theta", ...).to_numpy() if "theta" in found.dims else found.to_numpy()[None]
+    values = values.reshape(len(values), -1).astype(float)
+    values = values[:, np.isfinite(values).any(axis=0)]
+    if not values.size:
+        return math.nan
+    over_cycle = REDUCTIONS[reduction](values)
+    if reduction == "min":
+        return float(np.nanmin(over_cycle))
+    return float(over_cycle[np.nanargmax(np.abs(over_cycle))]) if np.isfinite(over_cycle).any() else math.nan
+
+
 def _between(result: Result, found: xr.DataArray, reduction: str) -> float:
     """Reduce curves over the cycle as `reduced` does, between the positions too."""
     vectors = ["component"] if "component" in found.dims else []
@@ -269,13 +254,7 @@ def _between(result: Result, found: xr.DataArray, reduction: str) -> float:
 
 
 def read_all(names: Sequence[str]) -> tuple[Quantity, ...]:
-    """Read several names, each once; see `Quantity.read`.
-
-    Parameters
-    ----------
-    names
-        The names.
-    """
+    """Read several names, each once; see `Quantity.read`."""
     return tuple(Quantity.read(name) for name in dict.fromkeys(names))
 
 
@@ -302,11 +281,6 @@ def _labelled(text: str, found: xr.DataArray, label: str) -> xr.DataArray:
     raise SceneError(f"{text!r}: there is no {label!r}", place="study", hint=hint)
 
 
-def _available(result: Result) -> str:
-    names = [str(name) for name, variable in result.data.data_vars.items() if variable.dtype.kind == "f"]
-    return f"It has {', '.join(names)}"
-
-
 def _require_multipliers(quantity: Quantity, result: Result) -> None:
     """Refuse a result without the multipliers that a number is made from: other trials may have them."""
     data, said = result.data, f"{quantity.text!r}: "
@@ -322,10 +296,8 @@ def _require_multipliers(quantity: Quantity, result: Result) -> None:
 
 
 def _least_factor(quantity: Quantity, result: Result) -> float:
-    """Give the least factor of safety over the wanted one, of a member, a mode, both or all.
-
-    Of all modes those that rest on an assumed grade or pin do not count; a mode that is named counts in any case.
-    """
+    """Give the least factor of safety over the wanted one, of a member, a mode, both or all."""
+    # Of all modes those that rest on an assumed grade or pin do not count; a mode that is named counts in any case.
     found, said = judge(result), f"{quantity.text!r}: "
     modes = [label for label in quantity.labels if label in KEYS]
     members = [label for label in quantity.labels if label in found.checks]
@@ -350,25 +322,7 @@ def _tracer(quantity: Quantity, result: Result, targets: Mapping[str, Target]) -
 
 
 def total_mass(scene: Scene, links: Sequence[str] = ()) -> float:
-    """Mass of the links and of the point masses on them (kg).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    links
-        Links that are counted; all where none is named.
-
-    Raises
-    ------
-    SceneError
-        When there is no such link.
-
-    Examples
-    --------
-    >>> f"{total_mass(fm.load('demos/four_bar.toml'), ['coupler']):.4f}"
-    '0.0308'
-    """
+    """Mass of the links and of the point masses on them (kg)."""
     counted = set(links or scene.links)
     if unknown := sorted(counted - set(scene.links)):
         known = ", ".join(scene.links)
@@ -382,3 +336,46 @@ def total_mass(scene: Scene, links: Sequence[str] = ()) -> float:
             length = math.dist(*scene.member_ends(label))
             found.append(length * float(weights @ scene.rigidity(label, s).line_density) / 2)
     return float(sum(found))
+
+
+@dataclass(frozen=True)
+class Curve(Quantity):
+    """A quantity of a result at drive angles."""
+
+    angles: tuple[float, ...] = ()  # drive angles (rad)
+
+    @classmethod
+    def at(cls, text: str, angles: Array | list[float]) -> Curve:
+        """Read the name of a curve."""
+        of = Quantity.read(text)
+        if of.reduction or of.name in OWN:
+            hint = "Write a variable of the result and its labels, such as strain[coupler][@0.5][+] or torque"
+            raise SceneError(f"{text!r} is one number, and no curve over the drive angle", place="study", hint=hint)
+        return cls(of.text, of.name, of.labels, of.reduction, tuple(float(angle) for angle in angles))
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of its values."""
+        return tuple(f"{self.text} at {math.degrees(angle):.9g} deg" for angle in self.angles)
+
+    def numbers(self, result: Result, targets: Mapping[str, Target]) -> dict[str, float]:
+        """Give its values in a result, by their names."""
+        if result.cases:
+            if not (case := self.case_of(result)):
+                hint = f"Name one in brackets: {', '.join(result.cases)}"
+                raise SceneError(f"{self.text!r} is a curve of each load case", place="study", hint=hint)
+            labels = tuple(label for label in self.labels if label != case)
+            told = replace(self, labels=labels).numbers(result.cases[case], targets)
+            return dict(zip(self.names, told.values()))
+        found = self.variable(result)
+        part = last_cycle(result.scene.analysis, result.scene.drives, result.data)
+        if found.dims != ("theta",) or part is None:
+            more = " and ".join(str(dim) for dim in found.dims if dim != "theta")
+            hint = f"Name its {more} in brackets, such as [@0.5] for a place" if more else "It needs a drive that turns"
+            raise SceneError(f"{self.text!r} is no single curve over a cycle", place="study", hint=hint)
+        theta, values = found["theta"].to_numpy()[part], found.to_numpy()[part]
+        return dict(zip(self.names, at_angles(theta, values, np.array(self.angles)).tolist()))
+
+    def values(self, numbers: Mapping[str, float]) -> Array:
+        """Give its values of the numbers of a trial, ``(angles,)``."""
+        return np.array([numbers[name] for name in self.names])

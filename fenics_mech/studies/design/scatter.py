@@ -11,7 +11,7 @@ from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Scatter, Value
 from fenics_mech.scene.units import EXAMPLES, in_unit
-from fenics_mech.studies.design.design_variables import Design, DesignVariable, refuse_twice, tied_numbers
+from fenics_mech.studies.design.design_variables import Design, DesignVariable, named_at, refuse_twice, tied_numbers
 from fenics_mech.studies.design.fit import Truths
 from fenics_mech.studies.sweep_axes import range_in_si, unit_of, value_in_si
 
@@ -22,33 +22,15 @@ SAMPLINGS = ("sobol", "latin-hypercube")
 
 @dataclass(frozen=True)
 class Scattered:
-    """The numbers of a scene that scatter.
+    """The numbers of a scene that scatter."""
 
-    Parameters
-    ----------
-    design
-        The scene, with each of them as a variable from its least to its largest value.
-    normal
-        Which have a normal distribution, cut at `CUT` deviations, ``(variables,)``. Others are as likely everywhere.
-    """
-
-    design: Design
+    design: Design  # the scene, with each of them as a variable from its least to its largest value
+    # which have a normal distribution, cut at `CUT` deviations, ``(variables,)``. Others are as likely everywhere.
     normal: Truths
 
     @classmethod
     def of(cls, scene: Scene) -> Scattered:
-        """Read what scatters in the study of a scene.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-
-        Raises
-        ------
-        SceneError
-            When nothing scatters, or a path or a distribution is not valid.
-        """
+        """Read what scatters in the study of a scene."""
         study = scene.study
         if study is None or not study.scatter:
             hint = "Add a [study.scatter] with numbers and a tolerance or deviation of each"
@@ -69,13 +51,7 @@ class Scattered:
         return (upper - lower) * np.where(self.normal, truncnorm.std(-CUT, CUT) / (2 * CUT), uniform)
 
     def values(self, chance: Array) -> Array:
-        """Give the values in SI below which the numbers are with a chance, of the shape of `chance`.
-
-        Parameters
-        ----------
-        chance
-            From 0 to 1, ``(..., variables)``.
-        """
+        """Give the values in SI below which the numbers are with a chance, of the shape of `chance`."""
         from scipy.stats import truncnorm  # noqa: PLC0415
 
         lower, upper = np.array(self.design.bounds).T
@@ -84,24 +60,7 @@ class Scattered:
 
 
 def drawn(sampling: str, count: int, variables: int, seed: int) -> Array:
-    """Draw points of the unit cube, ``(count, variables)``.
-
-    Parameters
-    ----------
-    sampling
-        One of `SAMPLINGS`.
-    count
-        How many; for "sobol" a power of 2 is best.
-    variables
-        Dimensions of the cube.
-    seed
-        Of random numbers.
-
-    Raises
-    ------
-    SceneError
-        When there is no such sampling.
-    """
+    """Draw points of the unit cube, ``(count, variables)``."""
     from scipy.stats import qmc  # noqa: PLC0415
 
     if sampling not in SAMPLINGS:
@@ -114,7 +73,7 @@ def drawn(sampling: str, count: int, variables: int, seed: int) -> Array:
 
 def _read(scene: Scene, place: str, scatter: Scatter) -> DesignVariable:
     """Read one number that scatters as a variable from its least to its largest value; it starts at its mean."""
-    try:
+    with named_at(place):
         numbers = tied_numbers(scene, scatter.numbers)
         first = numbers[0]
         if (first.factor, first.power) != (1.0, 1.0):
@@ -134,9 +93,6 @@ def _read(scene: Scene, place: str, scatter: Scatter) -> DesignVariable:
         if not lower < upper:
             raise SceneError("the lower bound is not below the upper bound", hint="Write [smallest, largest]")
         return DesignVariable(place.rsplit(".", maxsplit=1)[-1], numbers, lower, upper, middle, unit)
-    except SceneError as error:
-        at = f"{place}: {error.place}" if error.place else place
-        raise SceneError(error.message, place=at, hint=error.hint) from None
 
 
 def _departure(value: Value, middle: float, unit: str) -> float:

@@ -17,8 +17,7 @@ from fenics_mech.answers.solved_by_poses import AtRest, Solved
 from fenics_mech.errors import DerivativeError
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.scene import Scene
-from fenics_mech.studies.design.trial import Trials
-from fenics_mech.studies.design.trial_tasks import read_numbers
+from fenics_mech.studies.design.trial import Trials, read_numbers
 
 STEP = 6e-5  # of differences, as a share of a variable: of less rounding shows, of more its third power
 OF_LINEAR = 1e-3  # the same where what is read off is linear, by differences of its own that are rounded to 1e-8
@@ -26,27 +25,7 @@ SMALL = 1e-2  # share of a variable's range, below which its own size is no meas
 
 
 def slopes(trials: Trials, values: Sequence[float]) -> dict[str, Array]:
-    """Give the derivatives of all numbers of a trial by the variables.
-
-    Parameters
-    ----------
-    trials
-        The trials, for which `Trials.linearised` holds, of scenes whose solver is "poses".
-    values
-        A value of each variable, in SI.
-
-    Returns
-    -------
-    dict
-        By name, by each variable in SI, ``(variables,)``.
-
-    Raises
-    ------
-    DerivativeError
-        When a variable changes coordinates or steps, or multipliers have no derivatives.
-    MechanismError
-        When the analysis fails.
-    """
+    """Give the derivatives of all numbers of a trial by the variables."""
     known, here = trials.solution(values), np.array(values, dtype=float)
     if not isinstance(known, Solved | AtRest):
         raise DerivativeError("the answer is not found by the equation of poses")

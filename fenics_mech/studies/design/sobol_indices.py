@@ -18,33 +18,18 @@ SHARE = 0.95  # of the intervals that hold the truth
 
 @dataclass(frozen=True)
 class SobolIndices:
-    """Shares of a variance.
+    """Shares of a variance."""
 
-    Parameters
-    ----------
-    first
-        Share that a variable brings by itself, ``(variables,)``.
-    total
-        Share that would go if the variable did not scatter: its own, and those with others, ``(variables,)``.
-    doubt
-        Half the width of their 95 % intervals, by bootstrap: of the first and the total one, ``(2, variables)``.
-    """
-
-    first: Array
+    first: Array  # share that a variable brings by itself, ``(variables,)``
+    # share that would go if the variable did not scatter: its own, and those with others, ``(variables,)``
     total: Array
+    # half the width of their 95 % intervals, by bootstrap: of the first and the total one, ``(2, variables)``
     doubt: Array
 
 
 def saltelli_points(samples: Array) -> Array:
-    """Give the points for `sobol_indices`, ``(samples, variables + 2, variables)``.
-
-    Points 0 and 1 of each sample are independent. Each other one is the first with one variable of the second.
-
-    Parameters
-    ----------
-    samples
-        Random or quasi-random points, ``(samples, 2 variables)``.
-    """
+    """Give the points for `sobol_indices`, ``(samples, variables + 2, variables)``."""
+    # Points 0 and 1 of each sample are independent. Each other one is the first with one variable of the second.
     first, second = np.split(samples, 2, axis=1)
     mixed = np.repeat(first[:, None], first.shape[1], axis=1)
     which = np.arange(first.shape[1])
@@ -53,22 +38,7 @@ def saltelli_points(samples: Array) -> Array:
 
 
 def sobol_indices(values: Array, seed: int = 0) -> SobolIndices:
-    """Give the Sobol indices of a number.
-
-    Parameters
-    ----------
-    values
-        The number at the points of `saltelli_points`, ``(samples, variables + 2)``. Samples with NaN are left out.
-    seed
-        Of the bootstrap.
-
-    Examples
-    --------
-    >>> points = saltelli_points(np.random.default_rng(0).random((4096, 4)))
-    >>> found = sobol_indices(points[..., 0] + 2 * points[..., 1])  # variances of 1 to 4
-    >>> bool(np.allclose(found.first, [0.2, 0.8], atol=0.03))
-    True
-    """
+    """Give the Sobol indices of a number from its values at `saltelli_points`, ``(samples, variables + 2)``."""
     values = values[np.isfinite(values).all(axis=1)]
     if len(values) < 2 or np.ptp(values[:, :2]) == 0:
         nothing = np.full(values.shape[1] - 2, np.nan)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +19,11 @@ from fenics_mech.scene import Scene
 from fenics_mech.studies.design.chaos import Chaos, polynomial_chaos
 from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.fit import Truths
-from fenics_mech.studies.design.kept_folder import kept_folder
 from fenics_mech.studies.design.problem import Bound, bounds_of
-from fenics_mech.studies.design.result_curves import Curve, ResultNumbers
-from fenics_mech.studies.design.result_numbers import read_all
+from fenics_mech.studies.design.result_numbers import Curve, Quantity, read_all
 from fenics_mech.studies.design.scatter import Scattered, drawn
 from fenics_mech.studies.design.sobol_indices import SobolIndices, saltelli_points, sobol_indices
-from fenics_mech.studies.design.trial import Trial, Trials
+from fenics_mech.studies.design.trial import Trial, Trials, kept_folder
 from fenics_mech.studies.lead_process import led
 from fenics_mech.studies.worker_processes import Workers
 
@@ -217,7 +216,8 @@ def spread(
         explorer = Explorer(trials)
         explorer.first  # noqa: B018  (it says what is wrong at the means)
         explorer.derivatives(explorer.to_unit(scattered.design.start))  # they are kept
-        run = _run(trials, points.reshape(-1, points.shape[-1]), progress)
+        numbers = count(1)
+        run = trials.run(points.reshape(-1, points.shape[-1]).tolist(), counted=lambda: progress(next(numbers)))
         found = Spread(scattered, explorer, tuple(run), points.shape[1], time.perf_counter() - begun)
         if folder is not None:
             _write(found, kept)
@@ -230,8 +230,8 @@ def _trials(scattered: Scattered, folder: Path, workers: Workers) -> Trials:
     bounds_of(study)  # which says what is wrong with a limit
     count = min(MOST_ANGLES, design.scene.analysis.sub_intervals)
     angles = 2 * np.pi * np.arange(count) / count
-    looked_at: list[ResultNumbers] = [*read_all(study.names)]
-    looked_at += [Curve.read(name, angles) for name in dict.fromkeys(study.curves)]
+    looked_at: list[Quantity] = [*read_all(study.names)]
+    looked_at += [Curve.at(name, angles) for name in dict.fromkeys(study.curves)]
     if not looked_at:
         hint = 'Write results = ["strain.max"], curves = ["torque"] or limits'
         raise SceneError("the study looks at no number", place="study", hint=hint)
@@ -249,18 +249,6 @@ def _points(scattered: Scattered, how: tuple[int, str, int], indices: bool) -> A
     if not indices:
         return scattered.values(drawn(sampling, count, variables, seed))[:, None]
     return scattered.values(saltelli_points(drawn(sampling, count, 2 * variables, seed)))
-
-
-def _run(trials: Trials, points: Array, progress: Callable[[int], None]) -> list[Trial]:
-    """Run the samples, and count them."""
-    counted = 0
-
-    def count() -> None:
-        nonlocal counted
-        counted += 1
-        progress(counted)
-
-    return trials.run(points.tolist(), counted=count)
 
 
 def _write(found: Spread, folder: Path) -> None:
@@ -290,15 +278,7 @@ STATISTICS = ("nominal", "mean", "deviation", "linear deviation", *(f"{100 * sha
 
 
 def statistics(found: Spread, name: str) -> list[float]:
-    """Give the `STATISTICS` of a number; those of samples are NaN where there are none.
-
-    Parameters
-    ----------
-    found
-        The spread.
-    name
-        The number.
-    """
+    """Give the `STATISTICS` of a number; those of samples are NaN where there are none."""
     values = np.array([trial.numbers[name] for trial in found.independent if not trial.failed])
     linear = float(np.linalg.norm(found.contributions[name]))
     enough = len(values) > 1

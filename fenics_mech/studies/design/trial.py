@@ -5,67 +5,82 @@ A trial that fails has its error as a value, and NaN for its numbers. Finished t
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
-from collections.abc import Callable, Sequence
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any
 
+from pydantic import Field, TypeAdapter
+
+from fenics_mech._files import reason_of
 from fenics_mech._guard import guarded
+from fenics_mech._read_back import LARGEST_STRAIN, Ended, Text, read_kept
+from fenics_mech._system import alone_in
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
-from fenics_mech.answers.by_poses import answered
+from fenics_mech.answers.by_poses import answered, has_poses
 from fenics_mech.answers.solved_by_poses import AtRest as AnswersAtRest
 from fenics_mech.answers.solved_by_poses import Solved
+from fenics_mech.errors import MechanismError, ResultError
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
-from fenics_mech.studies.design.derivative_kinds import why_differences
+from fenics_mech.scene.study import Target
 from fenics_mech.studies.design.design_variables import Design
-from fenics_mech.studies.design.result_curves import ResultNumbers
-from fenics_mech.studies.design.result_numbers import read_all
-from fenics_mech.studies.design.trial_tasks import (
-    Record,
-    Task,
-    give_up,
-    known,
-    names_of,
-    read,
-    run_here,
-    run_task,
-    run_there,
-    write,
-)
+from fenics_mech.studies.design.result_numbers import Quantity, read_all, total_mass
+from fenics_mech.studies.kept_records import Record, ended, lost, record_file, write_record
 from fenics_mech.studies.lead_process import leads, over_machines
 from fenics_mech.studies.sweep_axes import placed, stated_data
 from fenics_mech.studies.worker_processes import Workers
 
+
+@contextmanager
+def kept_folder(folder: str | Path | None) -> Iterator[Path]:
+    """Give a folder in which no other study works meanwhile."""
+    # The system lets it free with the process, however that ends.
+    if folder is None:
+        with TemporaryDirectory() as made:
+            yield Path(made)
+        return
+    path = Path(folder)
+    missing = [one for one in (path, *path.parents) if not one.exists()]
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        os.scandir(path).close()  # who cannot read a folder cannot hold it against others
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be used for trials: {reason_of(error)}") from error
+    try:
+        with alone_in(path) as alone:
+            if not alone:
+                said = f"{path}: another study works in this folder: wait for its end, or give another folder"
+                raise ResultError(said)
+            yield path
+    finally:
+        with suppress(OSError):  # one holds something
+            for one in missing:
+                one.rmdir()
+
+
 Answer = Solved | AnswersAtRest  # by the equation of poses
+Analysed = Callable[[Scene, tuple[float, ...]], Result]  # of a scene, and the values of its variables
+Number = Annotated[float, Field(allow_inf_nan=False)]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What one trial found.
+    """What one trial found."""
 
-    Parameters
-    ----------
-    values
-        Values of the variables, in SI.
-    numbers
-        Numbers of the result by name; NaN where the trial failed.
-    error, message
-        Kind of the error that it ended with and what that said; empty where it did not fail.
-    seconds
-        How long it took.
-    """
-
-    values: tuple[float, ...]
-    numbers: dict[str, float]
+    values: tuple[float, ...]  # values of the variables, in SI
+    numbers: dict[str, float]  # numbers of the result by name; NaN where the trial failed
+    # error, message: kind of the error that it ended with and what that said; empty where it did not fail
     error: str
     message: str
-    seconds: float
+    seconds: float  # how long it took
 
     @property
     def failed(self) -> bool:
@@ -73,34 +88,110 @@ class Trial:
         return bool(self.error)
 
 
+class _Kept(Ended):
+    """What is kept of a trial."""
+
+    numbers: dict[Text, Number | None]
+    values: tuple[Number, ...]
+
+
+KEPT = TypeAdapter(_Kept)
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a process needs for one trial."""
+
+    path: Path | None
+    values: tuple[float, ...]
+    scene: Record
+    changes: Record
+    quantities: tuple[Quantity, ...]
+    targets: Mapping[str, Target]
+
+
+def known(task: Task) -> Record | None:
+    """Read a finished trial; None where there is none, or one that is to be tried again."""
+    record = read(task)
+    return None if record is None or record["again"] else record
+
+
+def read(task: Task) -> Record | None:
+    """Read a trial that was run; None where there is none."""
+    record = read_kept(task.path, KEPT)
+    if record is None or record["values"] != task.values or wrong_numbers(task.quantities, record["numbers"]):
+        return None
+    return dict(record)
+
+
+def run_task(task: Task, analysed: Analysed = lambda scene, _: analyse(scene)) -> Record:
+    """Run one trial and keep it."""
+    nothing: Record = {"numbers": dict.fromkeys(names_of(task.quantities)), "values": task.values}
+    record = nothing | ended(lambda: {"numbers": numbers_of(task, analysed)})
+    write_record(task.path, record)
+    return record
+
+
+def numbers_of(task: Task, analysed: Analysed) -> dict[str, float]:
+    """Analyse the scene of a trial, unless its mass is all that is asked for, and give its numbers by name."""
+    scene = Scene.read(placed(task.scene, task.changes))
+    if all(quantity.name == "mass" for quantity in task.quantities):
+        return {quantity.text: total_mass(scene, quantity.labels) for quantity in task.quantities}
+    result = analysed(scene, task.values)
+    found = read_numbers(task.quantities, result, task.targets)
+    if missing := [name for name, value in found.items() if not math.isfinite(value)]:
+        raise MechanismError(f"{', '.join(missing)} has no value in this result")
+    if wrong := wrong_numbers(task.quantities, found):
+        raise MechanismError(wrong)
+    return found
+
+
+def wrong_numbers(quantities: Sequence[Quantity], numbers: Mapping[str, float | None]) -> str:
+    """Say which numbers are not those of the quantities, or not possible; an empty text where none are."""
+    if numbers.keys() != {*names_of(quantities)}:
+        return "these are other numbers"
+    strains = [name for quantity in quantities if quantity.name == "strain" for name in quantity.names]
+    large = [name for name in strains if abs(numbers[name] or 0.0) > LARGEST_STRAIN]
+    return f"{large[0]} is {numbers[large[0]]:.6g}, which no member reaches" if large else ""
+
+
+def read_numbers(quantities: Sequence[Quantity], result: Result, targets: Mapping[str, Target]) -> dict[str, float]:
+    """Give the numbers of all quantities of a result, by name."""
+    found: dict[str, float] = {}
+    for quantity in quantities:
+        found |= quantity.numbers(result, targets)
+    return found
+
+
+def names_of(quantities: Sequence[Quantity]) -> list[str]:
+    """Give the names of all numbers of quantities."""
+    return [name for quantity in quantities for name in quantity.names]
+
+
+def run_here(task: Task) -> None:
+    """Run one of the trials of a worker process."""
+    run_task(task)
+
+
+def run_there(task: Task) -> Record:
+    """Run one of the trials of a process that another one leads, which keeps it."""
+    return run_task(replace(task, path=None))
+
+
+def give_up(task: Task) -> None:
+    """Write that the process of a trial was lost; the trial is run again by the next study."""
+    numbers = dict.fromkeys(names_of(task.quantities))
+    write_record(task.path, lost("the process of this trial") | {"numbers": numbers, "values": task.values})
+
+
 @dataclass(frozen=True)
 class Trials:
-    """The trials of a design.
+    """The trials of a design."""
 
-    Parameters
-    ----------
-    design
-        The scene and its variables.
-    quantities
-        The numbers that are looked at.
-    folder
-        Where finished trials are kept; None for nowhere.
-    workers
-        Processes of this machine that share trials, if any do.
-
-    Examples
-    --------
-    >>> study = {"variables": {"speed": {"numbers": ["drive.speed"], "between": [5, 50]}}, "minimise": ["strain.max"]}
-    >>> quasi_static = {"analysis.method": "quasi-static", "analysis.sub_intervals": 36, "study": study}
-    >>> trials = Trials.of(fm.load("demos/four_bar.toml").changed(quasi_static))
-    >>> slow, fast = trials.run([[10.0], [20.0]])
-    >>> fast.numbers["strain.max"] > 3 * slow.numbers["strain.max"]
-    True
-    """
-
-    design: Design
-    quantities: tuple[ResultNumbers, ...]
-    folder: Path | None = None
+    design: Design  # the scene and its variables
+    quantities: tuple[Quantity, ...]  # the numbers that are looked at
+    folder: Path | None = None  # where finished trials are kept; None for nowhere
+    # processes of this machine that share trials, if any do
     workers: Workers | None = field(default=None, compare=False, repr=False)
     _last: dict[tuple[float, ...], Answer] = field(default_factory=dict, compare=False, repr=False)
 
@@ -117,46 +208,25 @@ class Trials:
         folder: Path | None = None,
         workers: Workers | None = None,
     ) -> Trials:
-        """Prepare the trials of a scene.
-
-        Parameters
-        ----------
-        scene
-            The scene, with its study.
-        names
-            The numbers to look at; by default those that the study names.
-        folder, workers
-            As of the class.
-
-        Raises
-        ------
-        SceneError
-            When the study is not valid; see `Design.of` and `Quantity.read`.
-        """
+        """Prepare the trials of a scene."""
         design = Design.of(scene)
         return cls(design, read_all(design.study.names if names is None else names), folder, workers)
 
-    def quantity(self, name: str) -> ResultNumbers:
+    def quantity(self, name: str) -> Quantity:
         """Give the number with a name, as the study states it."""
         return next(one for one in self.quantities if one.text == name)
 
     def with_fixed_effects(self) -> Trials:
-        """Give the trials with the effects that the scene calls for at the start of the variables.
-
-        Numbers would jump where other effects are chosen.
-        """
+        """Give the trials with the effects that the scene calls for at the start of the variables."""
+        # Numbers would jump where other effects are chosen.
         design = self.design
-        if design.scene.effects != "auto" or not design.scene.members() or self._of_masses:
+        of_masses = self.quantities and all(quantity.name == "mass" for quantity in self.quantities)
+        if design.scene.effects != "auto" or not design.scene.members() or of_masses:  # masses need no analysis
             return self
         result = analyse(self.cheapest.changed(design.changes(design.start)))
         decided = [json.loads(one.data.attrs["effects"]) for one in (result.cases or {"": result}).values()]
         acting = dict.fromkeys(effect["name"] for one in decided for effect in one if effect["acts"])
         return replace(self, design=replace(design, scene=design.scene.changed(effects=tuple(acting))))
-
-    @property
-    def _of_masses(self) -> bool:
-        """Whether masses are all that is looked at, which need no analysis."""
-        return bool(self.quantities) and all(quantity.name == "mass" for quantity in self.quantities)
 
     def run(
         self,
@@ -164,24 +234,7 @@ class Trials:
         progress: Callable[[Trial], None] = lambda trial: None,
         counted: Callable[[], None] = lambda: None,
     ) -> list[Trial]:
-        """Run trials, or read those that are finished.
-
-        Parameters
-        ----------
-        points
-            Values of the variables, in SI: one list for each trial.
-        progress
-            Called with each trial as it is known, in order.
-        counted
-            Called once for each trial: as another process of this machine begins it, or as it is known.
-
-        Raises
-        ------
-        SceneError
-            When a result has no such number.
-        MechanismError
-            When a file cannot be written, or the computer has too little of something.
-        """
+        """Run trials, or read those that are finished."""
         tasks = [self._task(point) for point in points]
         shared = self._share([task for task in tasks if known(task) is None], counted)
         found = []
@@ -200,7 +253,7 @@ class Trials:
             return set()
 
         def kept(task: Task, record: Record) -> None:
-            write(task.path, record)
+            write_record(task.path, record)
             counted()
 
         if leads():
@@ -212,23 +265,22 @@ class Trials:
         return {task.path for task in missing}
 
     @cached_property
-    def linearised(self) -> bool:
-        """Whether the equation about a trial's motion gives derivatives; see `why_differences`."""
-        return not why_differences(self.design, self.quantities)
+    def why_differences(self) -> str:
+        """Why derivatives are differences of trials; nothing where the equation about a trial's motion gives them."""
+        scene = self.design.scene
+        reasons = {
+            f"the method is {scene.analysis.method!r}": scene.analysis.method == "transient",
+            "a tolerance chooses the mesh of each trial": scene.tolerance is not None,
+            "joints move freely": scene.freedoms,
+            "the worst of several load cases counts": scene.cases,
+            "a variable is a choice": any(variable.choices for variable in self.design.variables),
+            "no link bends": not scene.members(),
+            "the scene does not go by the equation of poses": not has_poses(scene),
+        }
+        return next((said for said, holds in reasons.items() if holds), "")
 
     def solution(self, values: Sequence[float]) -> Answer:
-        """Give the solution of a trial that `linearised` holds for; that of the last trial is known.
-
-        Parameters
-        ----------
-        values
-            A value of each variable, in SI.
-
-        Raises
-        ------
-        MechanismError
-            When the analysis fails.
-        """
+        """Give the solution of a trial without `why_differences`; that of the last trial is known."""
         point = tuple(float(value) for value in values)
         if point not in self._last:
             self._analysed(Scene.read(self.data_at(point)), point)
@@ -236,7 +288,7 @@ class Trials:
 
     def _analysed(self, scene: Scene, point: tuple[float, ...]) -> Result:
         """Analyse the scene of a trial, and keep its solution where derivatives may be asked for."""
-        if not self.linearised:
+        if self.why_differences:
             return analyse(scene)
         self._last.clear()  # its memory is needed
         with guarded():
@@ -246,18 +298,9 @@ class Trials:
     def _task(self, point: Sequence[float]) -> Task:
         values = tuple(float(value) for value in point)
         data = self._data | {"units": []}  # which change no number
-        text = json.dumps(
-            [
-                __version__,
-                data,
-                self.design.changes(values),
-                names_of(self.quantities),
-                {name: target.model_dump() for name, target in self.design.study.targets.items()},
-            ],
-            sort_keys=True,
-        )
-        name = f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
-        path = None if self.folder is None else self.folder / name
+        targets = {name: target.model_dump() for name, target in self.design.study.targets.items()}
+        parts = __version__, data, self.design.changes(values), names_of(self.quantities), targets
+        path = None if self.folder is None else record_file(self.folder, *parts)
         return Task(path, values, data, self.design.changes(values), self.quantities, self.design.study.targets)
 
     @property
@@ -266,13 +309,7 @@ class Trials:
         return {name for quantity in self.quantities for name in quantity.variables}
 
     def data_at(self, values: Sequence[float]) -> Record:
-        """Give the scene of a trial as plain data.
-
-        Parameters
-        ----------
-        values
-            A value of each variable, in SI.
-        """
+        """Give the scene of a trial as plain data."""
         return placed(self._data, self.design.changes(values))
 
     @cached_property

@@ -1,24 +1,126 @@
 """Counterweights that cancel the forces of a linkage on its frame, or make the best of force, moment and torque.
 
-Closed forms by linearly independent vectors (Berkof and Lowen 1969, Journal of Engineering for Industry 91, 21-26): the
-angle of the coupler is eliminated by the closed loop, and what remains must not depend on the angles of the others.
-For any linkage the same counterweights follow from least squares over the cycle, as far as they exist.
+They follow from least squares over the cycle, for any linkage, as far as they exist. Source: Berkof and Lowen, Journal
+of Engineering for Industry 91 (1969) 21, whose closed forms are those of four-bars and slider-cranks.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.kinematics import Motion
+from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.sections import Rigidity
+from dataclasses import field
+from typing import Any
+
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import Motion, solve_motion
-from fenics_mech.scene import Revolute, Scene
+from fenics_mech.machine.linkage import solve_motion
+from fenics_mech.scene import Revolute
 from fenics_mech.scene.base import check_known
-from fenics_mech.studies.synthesis.inertia_forces import LinkInertia, Shaking, bar_inertia, link_inertias, shaking
+
+PLACES = 12  # Gauss points of a member: exact for densities up to the 21st power of the place
+
+
+@dataclass(frozen=True)
+class LinkInertia:
+    """Inertia of a link about the origin of its frame."""
+
+    mass: float  # mass (kg)
+    moment: Array  # first moment: mass times centre of mass in the link's frame (kg m), ``(2,)``
+    inertia: float  # moment of inertia about the origin (kg m^2)
+
+    def __add__(self, other: LinkInertia) -> LinkInertia:
+        """Give the inertia of both together."""
+        return LinkInertia(self.mass + other.mass, self.moment + other.moment, self.inertia + other.inertia)
+
+    @classmethod
+    def at(cls, mass: float, place: Array, inertia: float = 0.0) -> LinkInertia:
+        """Give that of a mass at a place."""
+        return cls(mass, mass * place, mass * float(place @ place) + inertia)
+
+
+@dataclass(frozen=True)
+class Shaking:
+    """What inertia does, over the cycle."""
+
+    force: Array  # on the frame (N), ``(angles, 2)``
+    moment: Array  # on the frame, about the origin of the ground (N m), ``(angles,)``
+    torque: Array  # of the first drive (N m; N where it slides), ``(angles,)``
+
+    @property
+    def rms(self) -> dict[str, float]:
+        """Root mean square of each."""
+        squares = {"force": (self.force**2).sum(axis=1), "moment": self.moment**2, "torque": self.torque**2}
+        return {name: float(np.sqrt(values.mean())) for name, values in squares.items()}
+
+
+def link_inertias(scene: Scene) -> dict[str, LinkInertia]:
+    """Give the inertia of every link, with its point masses."""
+    found = {}
+    for name, link in scene.links.items():
+        body = link.rigid
+        found[name] = (
+            LinkInertia(0.0, np.zeros(2), 0.0)
+            if body is None
+            else LinkInertia.at(body.mass, np.array(body.centre), body.inertia)
+        )
+    for label, (link_name, _) in scene.members().items():
+        ends = (np.array(end) for end in scene.member_ends(label))
+        found[link_name] += bar_inertia(partial(scene.rigidity, label), *ends)
+    for mass in scene.masses.values():
+        body_name, place = scene.point(mass.at)
+        if body_name != "ground":
+            found[body_name] += LinkInertia.at(mass.mass, np.array(place), mass.inertia)
+    return found
+
+
+def bar_inertia(rigidity: Callable[[Array], Rigidity], first: Array, second: Array) -> LinkInertia:
+    """Give the inertia of a bar about the origin of its link."""
+    nodes, weights = np.polynomial.legendre.leggauss(PLACES)
+    s, length = (1 + nodes) / 2, float(np.linalg.norm(second - first))
+    along = (second - first) / length
+    here = rigidity(s)
+    mass = here.line_density * weights * length / 2
+    offset = np.broadcast_to(here.mass_centre, s.shape)
+    places = first + s[:, None] * (second - first) + offset[:, None] * np.array([-along[1], along[0]])
+    return LinkInertia(float(mass.sum()), mass @ places, float(mass @ (places**2).sum(axis=1)))
+
+
+def shaking(motion: Motion, links: Mapping[str, LinkInertia], rate: float) -> Shaking:
+    """Give what the inertia of links does to the frame and to the drive."""
+    # Sum of minus mass times acceleration, its moment, and the rate of kinetic energy over the rate of the drive
+    # (Berkof and Lowen 1969; Lowen, Tepper and Berkof 1983).
+    count = len(motion.theta)
+    force, moment, power = np.zeros((count, 2)), np.zeros(count), np.zeros(count)
+    for name, body in links.items():
+        i = motion.links.index(name)
+        p, v, a = (array[:, i] for array in (motion.position, motion.velocity, motion.acceleration))
+        omega, alpha = motion.omega[:, i], motion.alpha[:, i]
+        c, s = np.cos(motion.angle[:, i]), np.sin(motion.angle[:, i])
+        x, y = body.moment
+        arm = np.stack([c * x - s * y, s * x + c * y], axis=1)
+        normal = np.stack([-arm[:, 1], arm[:, 0]], axis=1)
+        turning = alpha[:, None] * normal - omega[:, None] ** 2 * arm
+        change = body.mass * a + turning  # rate of momentum
+        force -= change
+        moment -= _cross(p, change) + _cross(arm, a) + body.inertia * alpha
+        dots = body.mass * a * v + omega[:, None] * a * normal + v * turning
+        power += dots.sum(axis=1) + body.inertia * omega * alpha
+    return Shaking(force, moment, power / rate)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
 
 POSITIONS = 180  # of the cycle, at which forces are made small
 SHARE = 0.4  # radius of a counterweight over the length of its link, where none is stated
@@ -27,120 +129,25 @@ EXACT = 1e-15  # convergence of the least squares
 
 @dataclass(frozen=True)
 class Counterweight:
-    """A mass on the far side of a pin of a link.
+    """A mass on the far side of a pin of a link."""
 
-    Parameters
-    ----------
-    link, pivot
-        The link, and the point of it that the radius is measured from.
-    radius
-        Distance from the pivot (m).
-    mass
-        Mass (kg), beside that of the bar which holds it.
-    angle
-        Direction from the pivot in the link's frame (rad).
-    """
-
+    # link, pivot: the link, and the point of it that the radius is measured from
     link: str
     pivot: str
-    radius: float
-    mass: float
-    angle: float
+    radius: float  # distance from the pivot (m)
+    mass: float  # mass (kg), beside that of the bar which holds it
+    angle: float  # direction from the pivot in the link's frame (rad)
 
 
 @dataclass(frozen=True)
 class Balanced:
-    """A balanced linkage.
+    """A balanced linkage."""
 
-    Parameters
-    ----------
-    scene
-        The scene with its counterweights.
-    counterweights
-        What was added.
-    before, after
-        What inertia does to the frame and the drive without and with them, with links that do not bend.
-    """
-
-    scene: Scene
-    counterweights: tuple[Counterweight, ...]
+    scene: Scene  # the scene with its counterweights
+    counterweights: tuple[Counterweight, ...]  # what was added
+    # before, after: what inertia does to the frame and the drive without and with them, with links that do not bend
     before: Shaking
     after: Shaking
-
-
-def four_bar_counterweights(
-    lengths: tuple[float, float, float], bodies: tuple[LinkInertia, ...]
-) -> tuple[complex, complex]:
-    """First moments that counterweights on crank and follower need to cancel the shaking force of a four-bar.
-
-    The origins of crank and follower are at the ground, that of the coupler at the crank, and the x axes along the
-    links. Berkof and Lowen (1969), with the masses of the links themselves.
-
-    Parameters
-    ----------
-    lengths
-        Of crank, coupler and follower (m).
-    bodies
-        Inertia of crank, coupler and follower.
-
-    Returns
-    -------
-    tuple
-        First moments for the crank and the follower (kg m): x + i y in the link's frame.
-
-    Examples
-    --------
-    >>> from fenics_mech.studies.synthesis.balancing import four_bar_counterweights
-    >>> from fenics_mech.studies.synthesis.inertia_forces import LinkInertia
-    >>> nothing = LinkInertia(0.0, np.zeros(2), 0.0)
-    >>> rod = LinkInertia.at(2.0, np.array([0.1, 0.0]))
-    >>> moments = four_bar_counterweights((0.1, 0.2, 0.3), (nothing, rod, nothing))
-    >>> [round(moment.real, 3) for moment in moments]
-    [-0.1, -0.3]
-    """
-    crank, coupler, follower = lengths
-    of_crank, of_coupler, of_follower = (complex(*body.moment) for body in bodies)
-    first = -of_crank - crank * (bodies[1].mass - of_coupler / coupler)
-    second = -of_follower - of_coupler * follower / coupler
-    return first, second
-
-
-def slider_crank_counterweights(
-    lengths: tuple[float, float], bodies: tuple[LinkInertia, ...], radius: float
-) -> tuple[complex, complex]:
-    """First moments that counterweights on crank and rod need to cancel the shaking force of a slider-crank.
-
-    The counterweight of the rod brings the centre of rod and slider to the crank pin, that of the crank brings the
-    centre of all to the main bearing.
-
-    Parameters
-    ----------
-    lengths
-        Of crank and rod (m).
-    bodies
-        Inertia of crank, rod and slider.
-    radius
-        Distance of the rod's counterweight from the crank pin (m).
-
-    Returns
-    -------
-    tuple
-        First moments for the crank and the rod (kg m): x + i y in the link's frame.
-
-    Examples
-    --------
-    >>> from fenics_mech.studies.synthesis.balancing import slider_crank_counterweights
-    >>> from fenics_mech.studies.synthesis.inertia_forces import LinkInertia
-    >>> nothing, piston = LinkInertia(0.0, np.zeros(2), 0.0), LinkInertia.at(1.0, np.zeros(2))
-    >>> moments = slider_crank_counterweights((0.1, 0.3), (nothing, nothing, piston), radius=0.1)
-    >>> [round(moment.real, 3) for moment in moments]
-    [-0.4, -0.3]
-    """
-    crank, rod = lengths
-    of_crank, of_rod = (complex(*body.moment) for body in bodies[:2])
-    second = -of_rod - bodies[2].mass * rod
-    first = -of_crank - crank * (bodies[1].mass + bodies[2].mass + abs(second) / radius)
-    return first, second
 
 
 @dataclass(frozen=True)
@@ -157,18 +164,15 @@ class _Holder:
         """Give the inertia of counterweight and bar with a first moment about the pivot (kg m), ``(2,)``."""
         size = float(np.hypot(*moment))
         out = moment / size if size else np.array([1.0, 0.0])
-        return LinkInertia.at(self.mass(moment), self.place + self.radius * out) + self._turned_bar(out)
+        (along, across), mass = self.bar.moment, self.bar.mass
+        turned = along * out + across * np.array([-out[1], out[0]])  # first moment of the bar along that direction
+        inertia = self.bar.inertia + 2 * float(self.place @ turned) + mass * float(self.place @ self.place)
+        bar = LinkInertia(mass, mass * self.place + turned, inertia)
+        return LinkInertia.at(self.mass(moment), self.place + self.radius * out) + bar
 
     def mass(self, moment: Array) -> float:
         """Give the mass of the counterweight (kg), negative where the bar alone is too heavy."""
         return float(np.hypot(*moment) - self.bar.moment[0]) / self.radius
-
-    def _turned_bar(self, out: Array) -> LinkInertia:
-        """Give the inertia of the bar about the link's origin, with the bar along a direction, ``(2,)``."""
-        (along, across), mass = self.bar.moment, self.bar.mass
-        moment = along * out + across * np.array([-out[1], out[0]])
-        inertia = self.bar.inertia + 2 * float(self.place @ moment) + mass * float(self.place @ self.place)
-        return LinkInertia(mass, mass * self.place + moment, inertia)
 
 
 def balance(
@@ -249,10 +253,13 @@ def _holders(scene: Scene, radii: Mapping[str, float] | None, section: str | Non
     """Give where the counterweights are held: at pins on the ground, else at the joint nearest to it."""
     pivots = _pivots(scene)
     if radii is None:
-        grounded = {name: point for name, (point, steps) in pivots.items() if steps == 1}
+        grounded = [name for name, (_, steps) in pivots.items() if steps == 1]
         if not grounded:
             raise SceneError("no link is pinned to the ground: name the links of the counterweights", place="links")
-        radii = {name: SHARE * _length(scene, name) for name in grounded}
+        radii = {}
+        for name in grounded:
+            points = np.array(list(scene.links[name].points.values()))
+            radii[name] = SHARE * float(np.linalg.norm(points[:, None] - points[None], axis=-1).max())
     found = []
     for name, radius in radii.items():
         if name not in pivots:
@@ -276,12 +283,6 @@ def _bar(scene: Scene, name: str, section: str | None, radius: float) -> LinkIne
         key = next(key for key, one in scene.links[name].members.items() if one == member)
         scene = scene.changed({f"links.{name}.members.{key}.section": section})
     return bar_inertia(lambda s: scene.rigidity(label, s), np.zeros(2), np.array([radius, 0.0]))
-
-
-def _length(scene: Scene, name: str) -> float:
-    """Give the largest distance between points of a link (m)."""
-    points = np.array(list(scene.links[name].points.values()))
-    return float(np.linalg.norm(points[:, None] - points[None], axis=-1).max())
 
 
 def _pivots(scene: Scene) -> dict[str, tuple[str, int]]:

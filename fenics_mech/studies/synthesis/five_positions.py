@@ -25,14 +25,9 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.studies.synthesis.planar_four_bar import Complex, middle_and_size
 
-
-def _sorted(*numbers: int) -> tuple[int, ...]:
-    return tuple(sorted(numbers))
-
-
 SECOND = list(combinations_with_replacement(range(3), 2))  # terms of second degree in 1, x and y
 THIRD: dict[tuple[int, ...], int] = {term: k for k, term in enumerate(combinations_with_replacement(range(3), 3))}
-PRODUCT = np.array([[THIRD[_sorted(*term, k)] for k in range(3)] for term in SECOND])  # of the former with each
+PRODUCT = np.array([[THIRD[tuple(sorted((*term, k)))] for k in range(3)] for term in SECOND])  # of the former with each
 FORMS = np.array([[0.7, 0.3, -0.6], [0.2, -0.9, 0.5]])  # linear in 1, x, y, whose quotient tells the zeros apart
 SAME = 1e-12  # singular value over the largest, from which the equations do not fix the zeros
 FAR = 1e-4  # size of the positions over a distance, below which that is infinite
@@ -43,45 +38,14 @@ MISS = 1e-8  # of the size: largest change of a distance that counts as none
 
 @dataclass(frozen=True)
 class Dyad:
-    """A pin of a body that moves on a circle.
+    """A pin of a body that moves on a circle."""
 
-    Parameters
-    ----------
-    pin
-        Its place on the body (m), as x + i y.
-    pivot
-        Centre of the circle (m).
-    """
-
-    pin: complex
-    pivot: complex
+    pin: complex  # its place on the body (m), as x + i y
+    pivot: complex  # centre of the circle (m)
 
 
 def dyads_of_five(at: Complex, turns: Complex, place: str = "positions") -> list[Dyad]:
-    """Find the pins of a body that lie on circles in five positions: none, two or four.
-
-    Parameters
-    ----------
-    at
-        Places of the body's origin (m), as x + i y, ``(5,)``.
-    turns
-        Directions of its x axis, as complex numbers of size 1, ``(5,)``.
-    place
-        Key of the task that states them, for an error.
-
-    Raises
-    ------
-    SceneError
-        When the positions do not fix the pins.
-
-    Examples
-    --------
-    >>> crank, follower = 0.1 * np.exp(1j * np.array([0.4, 0.9, 1.5, 2.4, 3.5])), 0.4
-    >>> direction = np.exp(1j * np.arccos((0.3**2 + abs(0.4 - crank) ** 2 - 0.25**2) / (0.6 * abs(0.4 - crank))))
-    >>> found = dyads_of_five(crank, direction * (0.4 - crank) / abs(0.4 - crank))
-    >>> sorted(round(abs(one.pin), 9) for one in found)[0] == 0  # the pin of the crank is the origin
-    True
-    """
+    """Find the pins of a body that lie on circles in five positions: none, two or four."""
     middle, size = middle_and_size(at, place)
     places = (at - middle) / size
     equations = _equations(places, turns)

@@ -24,22 +24,6 @@ SINGULAR = 1e-6  # share of the coupler by which it must be out of line with the
 
 
 @dataclass(frozen=True)
-class Fitted:
-    """A four-bar that a search found.
-
-    Parameters
-    ----------
-    linkage
-        The four-bar.
-    angles
-        Angles of its crank at the places of the path (rad), ``(places,)``.
-    """
-
-    linkage: FourBar
-    angles: Array
-
-
-@dataclass(frozen=True)
 class _Shape:
     """Parts of a linkage at the angles of its crank, in units of the path, in axes with the ground along x."""
 
@@ -51,40 +35,18 @@ class _Shape:
 
 @dataclass(frozen=True)
 class PathFit:
-    """The misfit of a four-bar from a path, and its derivatives.
+    """The misfit of a four-bar from a path, and its derivatives."""
 
-    Parameters
-    ----------
-    places
-        The path about its middle, in units of its size, ``(places,)``.
-    given
-        Angles of the crank from the first place on (rad), ``(places,)``; None where they are free.
-    side
-        As of `FourBar`.
-    """
-
-    places: Complex
-    given: Array | None
-    side: float
+    places: Complex  # the path about its middle, in units of its size, ``(places,)``
+    given: Array | None  # angles of the crank from the first place on (rad), ``(places,)``; None where they are free
+    side: float  # as of `FourBar`
 
     def angles(self, x: Array) -> Array:
-        """Angles of the crank from the line of the pivots (rad), ``(places,)``.
-
-        Parameters
-        ----------
-        x
-            Unknowns, ``(unknowns,)``.
-        """
+        """Angles of the crank from the line of the pivots (rad), ``(places,)``."""
         return x[:-DIMENSIONS] if self.given is None else x[0] + self.given
 
     def shape(self, x: Array) -> _Shape:
-        """Assemble the links.
-
-        Parameters
-        ----------
-        x
-            Unknowns, ``(unknowns,)``.
-        """
+        """Assemble the links."""
         a, b, c, d = np.exp(x[-6:-2])
         crank = a * np.exp(1j * self.angles(x))
         gap = d - crank
@@ -94,13 +56,7 @@ class PathFit:
         return _Shape(crank, gap / length * turned, gap, cosine)
 
     def misfit(self, x: Array) -> Array:
-        """Distance from every place by components, and by how much links do not reach each other, ``(3 places,)``.
-
-        Parameters
-        ----------
-        x
-            Unknowns, ``(unknowns,)``.
-        """
+        """Distance from every place by components, and by how much links do not reach each other, ``(3 places,)``."""
         shape = self.shape(x)
         point = complex(*x[-2:])
         there = complex(*x[-9:-7]) + np.exp(1j * x[-7]) * (shape.crank + point * shape.coupler)
@@ -108,13 +64,7 @@ class PathFit:
         return np.concatenate([apart.real, apart.imag, np.maximum(np.abs(shape.cosine) - 1, 0)])
 
     def jacobian(self, x: Array) -> Array:
-        """Derivatives of the misfit, ``(3 places, unknowns)``.
-
-        Parameters
-        ----------
-        x
-            Unknowns, ``(unknowns,)``.
-        """
+        """Derivatives of the misfit, ``(3 places, unknowns)``."""
         shape, count = self.shape(x), len(self.places)
         _, b, c, d = np.exp(x[-6:-2])
         point, turn = complex(*x[-2:]), np.exp(1j * x[-7])
@@ -154,18 +104,8 @@ class PathFit:
         return turned, cosine
 
 
-def fits(task: PathTask, starts: int, seed: int) -> Iterator[Fitted]:
-    """Search from many starts, and give the best, each searched to the end.
-
-    Parameters
-    ----------
-    task
-        The path.
-    starts
-        Number of searches.
-    seed
-        Of the starts.
-    """
+def fits(task: PathTask, starts: int, seed: int) -> Iterator[tuple[FourBar, Array]]:
+    """Search from many starts, and give the best with the angles of their cranks, each searched to the end."""
     places = np.array([complex(*place) for place in task.path], dtype=np.complex128)
     middle, size = middle_and_size(places, "path")
     random = np.random.default_rng(seed)
@@ -223,9 +163,9 @@ def _start(fit: PathFit, closed: bool, random: np.random.Generator) -> Array | N
     return None
 
 
-def _fitted(fit: PathFit, x: Array, middle: complex, size: float) -> Fitted:
+def _fitted(fit: PathFit, x: Array, middle: complex, size: float) -> tuple[FourBar, Array]:
     a, b, c, d = np.exp(x[-6:-2]) * size
     origin = middle + size * complex(*x[-9:-7])
     pivot = origin + d * np.exp(1j * x[-7])
     linkage = FourBar(complex(origin), complex(pivot), a, b, c, fit.side, size * complex(*x[-2:]))
-    return Fitted(linkage, fit.angles(x) + x[-7])
+    return linkage, fit.angles(x) + x[-7]

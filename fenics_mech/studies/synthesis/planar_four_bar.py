@@ -20,27 +20,19 @@ COURSE = 721  # angles of a course at which it is looked whether links can be as
 
 @dataclass(frozen=True)
 class FourBar:
-    """A four-bar, whose crank is pinned to the ground at `origin`.
+    """A four-bar, whose crank is pinned to the ground at `origin`."""
 
-    Parameters
-    ----------
-    origin, pivot
-        Fixed pivots of crank and follower (m), as x + i y.
-    crank, coupler, follower
-        Lengths (m). That of crank or follower is negative where its angle is that of the opposite direction.
-    side
-        1 where the coupler pin of the follower is left of the line from the crank pin to the follower's pivot, else -1.
-    point
-        A point of the coupler in its frame (m): from the crank pin, x along the coupler.
-    """
-
+    # origin, pivot: fixed pivots of crank and follower (m), as x + i y
     origin: complex
     pivot: complex
+    # crank, coupler, follower: lengths (m). That of crank or follower is negative where its angle is that of the
+    # opposite direction.
     crank: float
     coupler: float
     follower: float
+    # 1 where the coupler pin of the follower is left of the line from the crank pin to the follower's pivot, else -1
     side: float
-    point: complex = 0j
+    point: complex = 0j  # A point of the coupler in its frame (m): from the crank pin, x along the coupler
 
     @property
     def ground(self) -> float:
@@ -70,13 +62,7 @@ class FourBar:
         return self.kind in ("crank-rocker", "double crank")
 
     def pins(self, angles: Array) -> tuple[Complex, Complex]:
-        """Places of both pins of the coupler (m), ``(angles,)`` each; that of the follower is NaN where none is.
-
-        Parameters
-        ----------
-        angles
-            Angles of the crank in the fixed frame (rad), ``(angles,)``.
-        """
+        """Places of both pins of the coupler (m), ``(angles,)`` each; that of the follower is NaN where none is."""
         first: Complex = self.origin + self.crank * np.exp(1j * np.asarray(angles, dtype=float)).astype(np.complex128)
         to_pivot = self.pivot - first
         distance = np.maximum(np.abs(to_pivot), np.finfo(float).tiny)
@@ -87,54 +73,29 @@ class FourBar:
         return first, np.where(inside, second, complex(np.nan, np.nan)).astype(np.complex128)
 
     def points(self, angles: Array) -> Complex:
-        """Places of the coupler's point (m), ``(angles,)``.
-
-        Parameters
-        ----------
-        angles
-            Angles of the crank (rad), ``(angles,)``.
-        """
+        """Places of the coupler's point (m), ``(angles,)``."""
         first, second = self.pins(angles)
         return np.asarray(first + self.point * (second - first) / self.coupler)
 
     def transmission(self, angles: Array) -> Array:
-        """Angle between coupler and follower, 0 to pi/2 (rad), ``(angles,)``.
-
-        Parameters
-        ----------
-        angles
-            Angles of the crank (rad), ``(angles,)``.
-        """
+        """Angle between coupler and follower, 0 to pi/2 (rad), ``(angles,)``."""
         first, second = self.pins(angles)
         square = self.coupler**2 + self.follower**2 - np.abs(self.pivot - first) ** 2
         cosine = np.abs(square) / (2 * self.coupler * abs(self.follower))
         return np.where(np.isfinite(second), np.arccos(np.minimum(cosine, 1)), np.nan)
 
     def side_of(self, first: complex, second: complex) -> float:
-        """Side on which the follower's pin is where both pins are at given places: 1 is left, 0 in line.
-
-        Parameters
-        ----------
-        first, second
-            Places of the pins of crank and follower (m).
-        """
+        """Side on which the follower's pin is where both pins are at given places: 1 is left, 0 in line."""
         across = ((second - first) * (self.pivot - first).conjugate()).imag
         return float(np.sign(across)) if abs(across) > CLOSE * max(self.lengths) ** 2 else 0.0
 
 
 @dataclass(frozen=True)
 class Course:
-    """How the crank passes the asked positions.
+    """How the crank passes the asked positions."""
 
-    Parameters
-    ----------
-    start
-        Angle of the crank at the first (rad).
-    turned
-        Angle from there to each position (rad), the first being 0; with the sign of the turning.
-    """
-
-    start: float
+    start: float  # angle of the crank at the first (rad)
+    # angle from there to each position (rad), the first being 0; with the sign of the turning
     turned: tuple[float, ...]
 
     @property
@@ -144,20 +105,7 @@ class Course:
 
 
 def course_of(linkage: FourBar, angles: Sequence[float]) -> tuple[Course, list[str]]:
-    """Find how the crank passes some angles in their order, and what hinders it.
-
-    Parameters
-    ----------
-    linkage
-        The four-bar.
-    angles
-        Angles of the crank (rad), in order.
-
-    Returns
-    -------
-    tuple
-        The course that is assembled farthest, and what is wrong with it: nothing, order or assembly.
-    """
+    """Find how the crank passes some angles in their order, and what hinders it."""
     steps, found = np.diff(angles), []
     for sense in (1.0, -1.0):
         turned = sense * np.append(0.0, np.cumsum((sense * steps) % TURN))
@@ -176,13 +124,7 @@ def course_of(linkage: FourBar, angles: Sequence[float]) -> tuple[Course, list[s
 
 
 def three_point_circle(points: Sequence[complex]) -> complex | None:
-    """Give the centre of the circle through three points; None where they are in line.
-
-    Parameters
-    ----------
-    points
-        The points, as x + i y.
-    """
+    """Give the centre of the circle through three points; None where they are in line."""
     first, second, third = points
     u, v = second - first, third - first
     across = (u.conjugate() * v).imag
@@ -192,20 +134,7 @@ def three_point_circle(points: Sequence[complex]) -> complex | None:
 
 
 def middle_and_size(places: Complex, key: str) -> tuple[complex, float]:
-    """Give the middle of places and the largest distance from it (m), or 1 m where they are one.
-
-    Parameters
-    ----------
-    places
-        The places (m), as x + i y, ``(places,)``.
-    key
-        Key of the task that states them, for an error.
-
-    Raises
-    ------
-    SceneError
-        When they are so near to each other that numbers do not tell them apart.
-    """
+    """Give the middle of places and the largest distance from it (m), or 1 m where they are one."""
     middle = complex(places.mean())
     size = float(np.abs(places - middle).max())
     if 0 < size < SMALLEST:

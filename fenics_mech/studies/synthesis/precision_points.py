@@ -29,21 +29,9 @@ LONGEST = 1000.0  # link over the size of a task with five points
 
 
 def function_generators(task: FunctionTask) -> list[Found]:
-    """Find the four-bars whose follower is at given angles when their crank is.
-
-    Of five angles only the turns from the first one count. Seen from the crank, the follower comes through five
-    positions then, in which its pivot is one pin on a circle; each other one is the coupler's.
-
-    Parameters
-    ----------
-    task
-        The angles.
-
-    Raises
-    ------
-    SceneError
-        When no four-bar has them.
-    """
+    """Find the four-bars whose follower is at given angles when their crank is."""
+    # Of five angles only the turns from the first one count. Seen from the crank, the follower comes through five
+    # positions then, in which its pivot is one pin on a circle; each other one is the coupler's.
     if len(task.crank) == THREE:
         return [_by_freudenstein(task)]
     phi, psi = (np.array(one) - one[0] for one in (task.crank, task.follower))
@@ -61,11 +49,9 @@ def function_generators(task: FunctionTask) -> list[Found]:
 
 
 def _by_freudenstein(task: FunctionTask) -> Found:
-    """Find the four-bar of three angles.
-
-    Freudenstein's equation ``K1 cos(psi) - K2 cos(phi) + K3 = cos(phi - psi)`` is linear in ``K1 = d/a``,
-    ``K2 = d/c`` and ``K3 = (a^2 - b^2 + c^2 + d^2)/(2 a c)``.
-    """
+    """Find the four-bar of three angles."""
+    # Freudenstein's equation ``K1 cos(psi) - K2 cos(phi) + K3 = cos(phi - psi)`` is linear in ``K1 = d/a``, ``K2 =
+    # d/c`` and ``K3 = (a^2 - b^2 + c^2 + d^2)/(2 a c)``.
     phi, psi, d = np.array(task.crank), np.array(task.follower), task.ground
     matrix = np.stack([np.cos(psi), -np.cos(phi), np.ones(3)], axis=1)
     if abs(np.linalg.det(matrix)) < CLOSE:
@@ -83,22 +69,10 @@ def _by_freudenstein(task: FunctionTask) -> Found:
 
 
 def motion_generators(task: MotionTask) -> list[Found]:
-    """Find the four-bars whose coupler comes through given positions.
-
-    A pin of the coupler is on a circle about its fixed pivot. So three of its places give the pivot; and the fixed
-    pivot, seen from the coupler, gives the pin. Five positions leave no pin open: any two of those on circles are a
-    four-bar, with either as its crank's.
-
-    Parameters
-    ----------
-    task
-        The positions, and of three the pins or the pivots.
-
-    Raises
-    ------
-    SceneError
-        When no four-bar has them.
-    """
+    """Find the four-bars whose coupler comes through given positions."""
+    # A pin of the coupler is on a circle about its fixed pivot. So three of its places give the pivot; and the fixed
+    # pivot, seen from the coupler, gives the pin. Five positions leave no pin open: any two of those on circles are a
+    # four-bar, with either as its crank's.
     at = np.array([complex(*pose.at) for pose in task.positions])
     turns = np.exp(1j * np.array([pose.angle for pose in task.positions]))
     of_three = len(at) == THREE
@@ -135,21 +109,10 @@ def _with_coupler(couple: tuple[Dyad, Dyad], at: Complex, turns: Complex) -> Fou
 
 
 def path_generators(task: PathTask) -> list[Found]:
-    """Find the four-bars whose coupler point is at five places when their crank has turned by given angles.
-
-    A body that turns with the crank, and whose origin is at the places, comes through five positions. A four-bar that
-    guides it is a cognate of those that are sought: their cranks turn with its coupler (Roberts and Chebyshev).
-
-    Parameters
-    ----------
-    task
-        Five places with their angles.
-
-    Raises
-    ------
-    SceneError
-        When no four-bar does it.
-    """
+    """Find the four-bars whose coupler point is at five places when their crank has turned by given angles."""
+    # A body that turns with the crank, and whose origin is at the places, comes through five positions. A four-bar
+    # that guides it is a cognate of those that are sought: their cranks turn with its coupler (Roberts and
+    # Chebyshev).
     at, turns = np.array([complex(*place) for place in task.path]), np.exp(1j * np.array(task.angles))
     couples = permutations(dyads_of_five(at, turns, "path"), 2)
     found = [one for couple in couples if (one := _cognate(couple, at, turns))]
@@ -157,11 +120,9 @@ def path_generators(task: PathTask) -> list[Found]:
 
 
 def _cognate(couple: tuple[Dyad, Dyad], at: Complex, turns: Complex) -> Found | None:
-    """Give the four-bar with the pivot of the first dyad, whose crank turns with the body; None without a length.
-
-    Its crank is the line from the body's pin to the body's origin. Its coupler and its follower turn with the lines
-    from both pivots to their pins, times ``share``.
-    """
+    """Give the four-bar with the pivot of the first dyad, whose crank turns with the body; None without a length."""
+    # Its crank is the line from the body's pin to the body's origin. Its coupler and its follower turn with the lines
+    # from both pivots to their pins, times ``share``.
     first, second = couple
     if abs(second.pin - first.pin) <= CLOSE * max(abs(first.pin), abs(second.pin)):
         return None

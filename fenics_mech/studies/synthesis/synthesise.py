@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from fenics_mech._arrays import Array
 from fenics_mech.errors import MechanismError
 from fenics_mech.scene import FunctionTask, MotionTask, PathTask, Scene
-from fenics_mech.studies.synthesis.path_search import Fitted, fits
+from fenics_mech.studies.synthesis.path_search import fits
 from fenics_mech.studies.synthesis.planar_four_bar import COURSE, TURN, Course, FourBar, course_of
 from fenics_mech.studies.synthesis.precision_points import (
-    Found,
     function_generators,
     motion_generators,
     path_generators,
@@ -62,7 +60,38 @@ class Synthesised:
     @property
     def scene(self) -> Scene:
         """The four-bar as a scene: bars of aluminium, whose crank turns, or swings where it cannot turn."""
-        return _scene(self)
+        linkage, start = self.linkage, self.course.start
+        first, second = (complex(pin[0]) for pin in linkage.pins(np.array([start])))
+        ends = {"crank": ("O", "A", linkage.crank), "coupler": ("A", "B", linkage.coupler)}
+        ends["follower"] = ("C", "B", linkage.follower)
+        angles = (start, cmath.phase(second - first), cmath.phase((second - linkage.pivot) / linkage.follower))
+        longest = max(linkage.lengths[:3])
+        data: dict[str, Any] = {
+            "name": f"four-bar for a {self.task.kind}",
+            "materials": {"aluminium": MATERIAL},
+            "sections": {"bar": {"shape": "rectangle", "width": WIDTH * longest, "height": HEIGHT * longest}},
+            "ground": {"points": {"O": _pair(linkage.origin), "C": _pair(linkage.pivot)}},
+            "links": {
+                name: {
+                    "points": {one: (0.0, 0.0), other: (length, 0.0)},
+                    "members": {one + other: {"ends": (one, other), "section": "bar", "material": "aluminium"}},
+                    "angle": angle,
+                }
+                for (name, (one, other, length)), angle in zip(ends.items(), angles)
+            },
+            "joints": {
+                "O": {"connect": ("ground.O", "crank.O")},
+                "A": {"connect": ("crank.A", "coupler.A")},
+                "B": {"connect": ("coupler.B", "follower.B")},
+                "C": {"connect": ("ground.C", "follower.C")},
+            },
+            "drive": _drive(self),
+            "damping": {"ratio": 0.01},
+            "effects": "auto",  # slow links of bars do not vibrate
+        }
+        if not isinstance(self.task, FunctionTask):
+            data["points"] = {"P": {"at": "coupler.A", "offset": _pair(linkage.point)}}
+        return Scene.read(data)
 
     @property
     def transmission(self) -> float:
@@ -133,14 +162,12 @@ def four_bars(task: AnyTask, *, starts: int = 200, seed: int = 0) -> list[Synthe
     """
     if isinstance(task, PathTask) and not task.exact:
         return [_best_of_paths(task, starts, seed)]
-    found = [_judged(task, linkage, angles, wrong, 0.0) for linkage, angles, wrong in _in_closed_form(task)]
-    return sorted(found, key=lambda one: (len(one.defects), -one.transmission))
-
-
-def _in_closed_form(task: AnyTask) -> list[Found]:
     if isinstance(task, PathTask):
-        return path_generators(task)
-    return function_generators(task) if isinstance(task, FunctionTask) else motion_generators(task)
+        generators = path_generators(task)
+    else:
+        generators = function_generators(task) if isinstance(task, FunctionTask) else motion_generators(task)
+    found = [_judged(task, linkage, angles, wrong, 0.0) for linkage, angles, wrong in generators]
+    return sorted(found, key=lambda one: (len(one.defects), -one.transmission))
 
 
 def _judged(task: AnyTask, linkage: FourBar, angles: Sequence[float], wrong: list[str], error: float) -> Synthesised:
@@ -159,9 +186,10 @@ def _best_of_paths(task: PathTask, starts: int, seed: int) -> Synthesised:
     if size == 0:
         raise MechanismError("all places of the path are one: give a path of some length")
     found = []
-    for one in fits(task, starts, seed):
-        if np.isfinite(error := _error(one, places)):
-            found.append(_judged(task, one.linkage, one.angles.tolist(), [], error))
+    for linkage, angles in fits(task, starts, seed):
+        error = float(np.abs(linkage.points(angles) - places).max())
+        if np.isfinite(error):
+            found.append(_judged(task, linkage, angles.tolist(), [], error))
             if error <= SAME * size and not found[-1].defects:
                 break
     if not found:
@@ -169,47 +197,6 @@ def _best_of_paths(task: PathTask, starts: int, seed: int) -> Synthesised:
     least = min(one.error for one in found)
     good = [one for one in found if one.error <= max(WORSE * least, SAME * size)]
     return min(good, key=lambda one: (len(one.defects), round(one.error / size, 9)))
-
-
-def _error(fitted: Fitted, places: Array) -> float:
-    """Largest distance of the coupler's point from the places of the path (m)."""
-    return float(np.abs(fitted.linkage.points(fitted.angles) - places).max())
-
-
-def _scene(found: Synthesised) -> Scene:
-    """Write the four-bar as a scene in its first position."""
-    linkage, start = found.linkage, found.course.start
-    first, second = (complex(pin[0]) for pin in linkage.pins(np.array([start])))
-    ends = {"crank": ("O", "A", linkage.crank), "coupler": ("A", "B", linkage.coupler)}
-    ends["follower"] = ("C", "B", linkage.follower)
-    angles = (start, cmath.phase(second - first), cmath.phase((second - linkage.pivot) / linkage.follower))
-    longest = max(linkage.lengths[:3])
-    data: dict[str, Any] = {
-        "name": f"four-bar for a {found.task.kind}",
-        "materials": {"aluminium": MATERIAL},
-        "sections": {"bar": {"shape": "rectangle", "width": WIDTH * longest, "height": HEIGHT * longest}},
-        "ground": {"points": {"O": _pair(linkage.origin), "C": _pair(linkage.pivot)}},
-        "links": {
-            name: {
-                "points": {one: (0.0, 0.0), other: (length, 0.0)},
-                "members": {one + other: {"ends": (one, other), "section": "bar", "material": "aluminium"}},
-                "angle": angle,
-            }
-            for (name, (one, other, length)), angle in zip(ends.items(), angles)
-        },
-        "joints": {
-            "O": {"connect": ("ground.O", "crank.O")},
-            "A": {"connect": ("crank.A", "coupler.A")},
-            "B": {"connect": ("coupler.B", "follower.B")},
-            "C": {"connect": ("ground.C", "follower.C")},
-        },
-        "drive": _drive(found),
-        "damping": {"ratio": 0.01},
-        "effects": "auto",  # slow links of bars do not vibrate
-    }
-    if not isinstance(found.task, FunctionTask):
-        data["points"] = {"P": {"at": "coupler.A", "offset": _pair(linkage.point)}}
-    return Scene.read(data)
 
 
 def _drive(found: Synthesised) -> dict[str, Any]:

@@ -4,24 +4,41 @@ from __future__ import annotations
 
 import base64
 import zlib
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TINY, TURN
+from fenics_mech.effects.known import GRAVITY
 from fenics_mech.recovery.peaks import smoothed
+from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.signal import PEAK as AT_PEAK
+from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import KINDS
+from fenics_mech.views.drawn_parts import (
+    Moments,
+    ends_of,
+    ground_points,
+    guides_of,
+    load_arrows,
+    load_names,
+    mass_places,
+    motion_of,
+    moving_guides,
+    pin_places,
+    places_of,
+    rigid_bars,
+    slider_angles,
+)
 from fenics_mech.views.frames import default_magnification
-from fenics_mech.views.geometry import ends_of, motion_of
-from fenics_mech.views.joint_drawings import ground_points, guides_of, pin_places, rigid_bars, slider_angles
-from fenics_mech.views.moving_points import moving_guides, places_of
-from fenics_mech.views.page.acting import acting_of
+from fenics_mech.views.judgements import acting
 from fenics_mech.views.reading import SECTION_FORCES, ForceReading, Reading
-from fenics_mech.views.words import DEGREE
+from fenics_mech.views.words import DEGREE, short
 
+FINE = 201  # places along a member, at which its line density is added up
 STEPS = 32767  # of a 16-bit number
 DRAWN = 2047  # of deflections, which are drawn and not told: a tenth of a pixel
 MOST = 1200  # positions of a motion in time; more do not show on a screen
@@ -29,14 +46,86 @@ MOST_HARMONICS = 60
 QUICK = 4  # level of zlib: 9 takes 50 times as long for 15 % less
 
 
-def payload(reading: ForceReading) -> dict[str, Any]:
-    """Give what the script of the page draws.
+def acting_of(reading: ForceReading) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Give names and sizes of loads and weights, and the arrays of where they act; nothing where nothing acts."""
+    # Loads are places (m) and forces over the largest of their kind. Weights are places (m) of centres of mass: of
+    # members, of links that do not bend, and of point masses.
+    scene, result = reading.scene, reading.result
+    names, weighs = load_names(scene), "weight" in kinds_of(reading)
+    if not kinds_of(reading):
+        return {}, {}
+    at = result.data["time" if reading.in_time else "theta"].to_numpy()
+    shown = Moments(result, at)
+    found: dict[str, Array] = {}
+    ends, bent = _lines(reading, len(at))
+    if names:
+        straight, moved = (
+            load_arrows(shown, shown.motion, (ends, line), times) for line, times in zip(bent, (0.0, 1.0))
+        )
+        found |= {"loads": straight, "loads_bent": moved[:, :, 0] - straight[:, :, 0]}
+    said: dict[str, Any] = {"loads": list(names)}
+    if weighs:
+        masses, places, moved_places = _masses(reading, shown, bent)
+        force = masses * float(np.linalg.norm(scene.gravity))
+        said |= {
+            "weights": [f"{short(one / reading.units.size('force'))} {reading.units.label('force')}" for one in force],
+            "weight_sizes": (force / force.max(initial=1e-300)).round(4).tolist(),
+            "down": (np.array(scene.gravity) / np.linalg.norm(scene.gravity)).round(6).tolist(),
+        }
+        found |= {"weights": places, "weights_bent": moved_places - places}
+    return said, {name: smoothed(result, values)[1] for name, values in found.items()}
 
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+
+def kinds_of(reading: ForceReading) -> list[str]:
+    """Name what acts on a machine and can be drawn: loads with a force, and weight."""
+    weighs = any(reading.scene.gravity) and any(effect.name == GRAVITY for effect in acting(reading.result))
+    return ["loads"] * bool(load_names(reading.scene)) + ["weight"] * weighs
+
+
+def _lines(reading: ForceReading, count: int) -> tuple[Array, tuple[Array, Array]]:
+    """Ends of the members, and their straight and their bent lines (m), ``(angles, members, stations, 2)``."""
+    if not isinstance(reading, Reading):
+        return np.zeros((count, 0, 2, 2)), (np.zeros((count, 0, 2, 2)), np.zeros((count, 0, 2, 2)))
+    ends = ends_of(reading.result)
+    straight = between_ends(ends, reading.s)
+    deflection = reading.result.data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
+    return ends, (straight, straight + deflection)
+
+
+def _masses(reading: ForceReading, shown: Moments, lines: tuple[Array, Array]) -> tuple[Array, Array, Array]:
+    """Masses (kg), and their centres without and with deflection (m), ``(angles, masses, 2)``."""
+    scene, motion = reading.scene, motion_of(reading.result)
+    found: list[tuple[Any, ...]] = []
+    for i, label in enumerate(scene.members()):
+        mass, s = member_mass(scene, label)
+        stations = reading.result.data["s"].to_numpy()
+        straight, bent = (at_place(np.moveaxis(line[:, i], 1, -1), stations, s) for line in lines)
+        found.append((mass, straight, bent))
+    for link, body in scene.links.items():
+        if body.rigid is not None and body.rigid.mass:
+            place = motion.of_point(link, body.rigid.centre)[0]
+            found.append((body.rigid.mass, place, place))
+    points = [mass_places(shown, times)[0] for times in (0.0, 1.0)]
+    for i, point in enumerate(scene.masses.values()):
+        if point.mass:
+            found.append((point.mass, points[0][:, i], points[1][:, i]))
+    straight, bent = (np.stack([one[n] for one in found], axis=1) for n in (1, 2))
+    return np.array([one[0] for one in found]), straight, bent
+
+
+def member_mass(scene: Scene, label: str) -> tuple[float, float]:
+    """Give the mass of a member (kg), and the place of its centre of mass along it, 0..1."""
+    s = np.linspace(0, 1, FINE)
+    density = scene.rigidity(label, s).line_density
+    weights = np.gradient(s)  # of the trapezoidal rule
+    weights[[0, -1]] /= 2
+    whole, first = float(weights @ density), float(weights @ (density * s))
+    length = float(np.linalg.norm(np.subtract(*scene.member_ends(label))))
+    return whole * length, first / whole
+
+
+def payload(reading: ForceReading) -> dict[str, Any]:
+    """Give what the script of the page draws."""
     shown = _shown(reading)
     acts, moved = acting_of(reading)
     arrays = {**_curves(reading), **_places(reading), **moved}
@@ -75,13 +164,7 @@ def _members(reading: ForceReading, shown: Index) -> dict[str, Any]:
 
 
 def sections_of(reading: Reading) -> dict[str, list[str]]:
-    """Name of each section force that the result has, and its unit.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Name of each section force that the result has, and its unit."""
     known = {name: [said, reading.units.label(kind)] for name, (said, kind) in SECTION_FORCES.items()}
     return {name: known[name] for name in known if name in reading.result.data}
 
@@ -107,21 +190,8 @@ def _freedoms(reading: ForceReading) -> list[list[str]]:
 
 
 def packed(values: Array, steps: int = STEPS) -> dict[str, Any]:
-    """Round to a share of the largest value, take second differences from position to position, and deflate.
-
-    Parameters
-    ----------
-    values
-        Numbers, ``(positions, ...)``.
-    steps
-        Whole number that stands for the largest value, at most 32767.
-
-    Returns
-    -------
-    dict
-        Numbers at each position, "row"; "scale", by which the whole numbers are multiplied; "data" in base64, curve by
-        curve, first the low bytes of all differences and then the high ones.
-    """
+    """Round to a share of the largest value, take second differences from position to position, and deflate."""
+    # values: numbers, ``(positions, ...)``
     values = np.nan_to_num(np.asarray(values, dtype=float).reshape(len(values), -1))
     scale = max(float(np.abs(values).max(initial=0.0)), TINY * steps) / steps
     curves = np.rint(values / scale).astype("<i2").T
@@ -185,24 +255,22 @@ def _curves(reading: ForceReading) -> dict[str, Array]:
 def _places(reading: ForceReading) -> dict[str, Array]:
     """Where members, pins, guides and traced points are in the rigid linkage, and how far deflection moves them (m)."""
     result, scene = reading.result, reading.scene
-    data, motion = result.data, motion_of(result)
-    found, straight = {}, np.zeros((len(motion.theta), 0, 2, 2))
-    bent = straight
+    motion = motion_of(result)
+    ends, lines = _lines(reading, len(motion.theta))
+    found = {}
     if isinstance(reading, Reading):
-        ends = ends_of(result)
-        bent = data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
-        straight = between_ends(ends, reading.s)
+        bent = result.data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
         found = {"ends": ends, "bent": bent}
-    pins = pin_places(scene, motion, straight)
-    moved = pin_places(scene, motion, straight + bent)
-    bars, moved_bars = (rigid_bars(scene, motion, at) for at in (pins, moved))
-    traced, moved_traced = (places_of(result, _traced(reading), times) for times in (0.0, 1.0))
+    pins = [pin_places(scene, motion, line) for line in lines]
+    both = {  # in the rigid linkage, and with deflection
+        "pins": pins,
+        "bars": [rigid_bars(scene, motion, at) for at in pins],
+        "rails": [moving_guides(result, motion, partial(places_of, result, magnify=times)) for times in (0.0, 1.0)],
+        "traced": [places_of(result, _traced(reading), times) for times in (0.0, 1.0)],
+    }
+    for name, (rigid, moved) in both.items():
+        found |= {name: rigid, f"{name}_bent": moved - rigid}
     _, angles = slider_angles(scene, motion)
-    found |= {"pins": pins, "pins_bent": moved - pins, "bars": bars, "bars_bent": moved_bars - bars}
-    rails = moving_guides(result, motion, lambda points: places_of(result, points, 0.0))
-    moved_rails = moving_guides(result, motion, lambda points: places_of(result, points, 1.0))
-    found |= {"rails": rails, "rails_bent": moved_rails - rails}
-    found |= {"traced": traced, "traced_bent": moved_traced - traced}
     found["guides"] = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     return {name: smoothed(result, values)[1] for name, values in found.items()}
 

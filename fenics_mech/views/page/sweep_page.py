@@ -12,10 +12,9 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import ViewError
 from fenics_mech.scene.answer_units import KINDS
 from fenics_mech.views.page.curves import packed
-from fenics_mech.views.page.html import EMPTY, Html, join, table, tag
-from fenics_mech.views.page.shell import page_file, whole_page, write_page
-from fenics_mech.views.sweep_curves import UNSTABLE
+from fenics_mech.views.page.html import EMPTY, Html, join, page_file, table, tag, whole_page, write_page
 from fenics_mech.views.sweep_data import named, range_of, units_of, unstable_points, written
+from fenics_mech.views.sweep_plots import UNSTABLE
 from fenics_mech.views.sweep_summary import sweep_summary
 from fenics_mech.views.words import sentence, short
 
@@ -30,33 +29,12 @@ SHOWN = {"stress": "stress", "strain": "strain"}  # quantities of members, and t
 
 
 def can_show(sweep: Sweep) -> bool:
-    """Whether a sweep keeps the curves that its page shows.
-
-    Parameters
-    ----------
-    sweep
-        The sweep.
-    """
+    """Whether a sweep keeps the curves that its page shows."""
     return len(sweep.paths) == 1 and "curve_stress_highest" in sweep.data
 
 
 def sweep_report(sweep: Sweep, path: str | Path) -> Path:
-    """Write a sweep over one number as one HTML file, which needs no network and no other file.
-
-    Parameters
-    ----------
-    sweep
-        The sweep.
-    path
-        File to write, ending in .html.
-
-    Raises
-    ------
-    ViewError
-        When the file's ending is not .html, or the sweep keeps no curves.
-    ResultError
-        When the file cannot be written.
-    """
+    """Write a sweep over one number as one HTML file, which needs no network and no other file."""
     path = page_file(path)
     if (sweep.data["error"] != "").all():
         raise ViewError("every point of this sweep failed: `message` of its file says why")
@@ -96,8 +74,10 @@ def _said(sweep: Sweep) -> Html:
 
 def _stage(sweep: Sweep) -> Html:
     """Give the frames of the curves over the swept number, of the slider, and of the curves at its point."""
-    members = [tag("option", str(name), value=i) for i, name in enumerate(sweep.data["member"].to_numpy())]
-    joints = [tag("option", str(name), value=i) for i, name in enumerate(sweep.data["joint"].to_numpy())]
+    members, joints = (
+        [tag("option", str(name), value=i) for i, name in enumerate(sweep.data[of].to_numpy())]
+        for of in ("member", "joint")
+    )
     kinds = [tag("option", name, value=name) for name in SHOWN]
     slider = tag("input", type="range", id="point", min="0", max=str(len(sweep.data[sweep.paths[0]]) - 1), step="1")
     where = tag("label", f"{sweep.paths[0]} ", tag("output", id="value"), slider, class_="grow")
@@ -105,8 +85,7 @@ def _stage(sweep: Sweep) -> Html:
     pick += [tag("label", "show ", tag("select", *kinds, id="unit"))]
     over = [_plot("over"), tag("div", where, class_="row"), tag("p", id="state", class_="hint")]
     more = [tag("div", tag("label", "joint ", tag("select", *joints, id="joint")), class_="pick"), _plot("force")]
-    more = more if joints else []
-    more += [_plot("torque")] if "peak_input_torque" in sweep.data else []
+    more = (more if joints else []) + [_plot("torque")] if "peak_input_torque" in sweep.data else []
     said = tag("noscript", tag("p", "The pictures need JavaScript. The numbers are in the table below."))
     first = tag("section", tag("div", *pick, class_="pick"), *over, _plot("curve"), class_="card live")
     return join([said, first, tag("section", *more, class_="card live")])
@@ -134,22 +113,14 @@ def _points(sweep: Sweep) -> Html:
     safety = data["safety_min"].to_numpy() if "safety_min" in data else np.full(len(states), np.nan)
     for k in range(min(len(states), MOST_ROWS)):
         by = " ".join(str(data[f"safety_{name}"].to_numpy()[k]) for name in ("member", "mode"))
-        known = [
-            _number(stress[k] / units.size("stress")),
-            _number(force[k] / units.size("force")),
-            _number(safety[k]),
-            by.strip(),
-        ]
-        rows.append([range_of(data, path, k, k), *known, states[k] or "stable"])
+        numbers = stress[k] / units.size("stress"), force[k] / units.size("force"), safety[k]
+        known = [short(float(value)) for value in numbers]  # a dash where there is none
+        rows.append([range_of(data, path, k), *known, by.strip(), states[k] or "stable"])
     head = [path, f"stress ({units.label('stress')})", f"joint force ({units.label('force')})", "safety over wanted"]
     found = table([*head, "by<", "motion<"], rows)
     if len(states) <= MOST_ROWS:
         return found
     return join([found, tag("p", f"The first {MOST_ROWS} of {len(states)} points: sweep.nc has all.", class_="hint")])
-
-
-def _number(value: float) -> str:
-    return short(float(value)) if np.isfinite(value) else "\N{EN DASH}"
 
 
 def _payload(sweep: Sweep) -> dict[str, Any]:
@@ -169,10 +140,9 @@ def _payload(sweep: Sweep) -> dict[str, Any]:
         if f"peak_{name}" in data:
             over = data[f"peak_{name}"].transpose(path, ...).to_numpy() / units.size(kind)
             peaks[name] = _rounded(over.reshape(len(over), -1))
-    told = [range_of(data, path, k, k) for k in range(data.sizes[path])]
     states = _states(sweep)
     messages = [str(data[MESSAGES[one]].to_numpy()[k]) if one else "" for k, one in enumerate(states)]
-    empty: dict[str, Any] = {name: [] for name in ("fibres", "ends", "lengths", "peaks")}
+    empty: dict[str, Any] = {name: [] for name in ("members", "fibres", "ends", "lengths", "peaks")}
     return {
         **empty,
         "title": str(data.attrs["title"]),
@@ -182,14 +152,13 @@ def _payload(sweep: Sweep) -> dict[str, Any]:
         "seconds": None,
         "direction": 1,
         "s": [0],
-        "members": [],
         "sections": {},
         "magnify": 1.0,
         "arrays": {name: packed(values) for name, values in arrays.items()},
         "sweep": {
             "name": named(data, path),
             "values": [float(f"{value:.8g}") for value in written(data, path)],
-            "told": told,
+            "told": [range_of(data, path, k) for k in range(data.sizes[path])],
             "state": states,
             "message": messages,
             "members": [str(name) for name in data["member"].to_numpy()],

@@ -15,11 +15,11 @@ from fenics_mech._constants import TURN
 from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.scene.sections.plain import ISection
 from fenics_mech.sections import numbers_of
+from fenics_mech.views.drawn_parts import DRAWN, INK, RIGID, SHADE
 from fenics_mech.views.picture_files import Pictures, Progress, write_pictures
 from fenics_mech.views.space.reading import SpatialReading
 from fenics_mech.views.space.skeleton import EYES
 from fenics_mech.views.stage import COLOUR_MAP, FONT, PEAK
-from fenics_mech.views.symbols import DRAWN, INK, RIGID, SHADE
 from fenics_mech.views.words import in_degrees, short
 
 JOINT, RING, BAR, SUPPORT = 0.012, 0.022, 0.007, 0.035  # sizes over the extent

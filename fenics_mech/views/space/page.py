@@ -14,9 +14,20 @@ from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.scene.answer_units import KINDS
 from fenics_mech.views.judgements import SOURCES, verdict
 from fenics_mech.views.page.curves import DRAWN, STEPS, packed
-from fenics_mech.views.page.html import EMPTY, Html, join, line, table, tag
-from fenics_mech.views.page.parts import card, plot_frame, slider, tile, top
-from fenics_mech.views.page.shell import whole_page
+from fenics_mech.views.page.html import (
+    EMPTY,
+    Html,
+    card,
+    join,
+    line,
+    plot_frame,
+    slider,
+    table,
+    tag,
+    tile,
+    top,
+    whole_page,
+)
 from fenics_mech.views.space.reading import ERRORS, SpatialReading
 from fenics_mech.views.space.skeleton import seen
 from fenics_mech.views.space.summary import effort_words, joint_table, member_rows, members_head, remaining

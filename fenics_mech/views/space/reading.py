@@ -15,7 +15,7 @@ from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.in_space import SpatialScene
 from fenics_mech.views.frames import DEFLECTED, ROUND
-from fenics_mech.views.judgement import Judgement, Level
+from fenics_mech.views.judgements import Judgement, Level
 from fenics_mech.views.prefixes import fitted
 from fenics_mech.views.tables import drive_of
 from fenics_mech.views.words import in_degrees, sentence, short

@@ -8,9 +8,8 @@ import pytest
 import fenics_mech as fm
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.studies.design.design_variables import Design
-from fenics_mech.studies.design.kept_folder import kept_folder
 from fenics_mech.studies.design.result_numbers import Quantity, total_mass
-from fenics_mech.studies.design.trial import Trials
+from fenics_mech.studies.design.trial import Trials, kept_folder
 from fenics_mech.studies.worker_processes import Workers
 
 SPEED = {"numbers": ["drive.speed"], "between": ["100 rpm", "500 rpm"]}
@@ -169,7 +168,7 @@ def test_a_folder_that_cannot_be_read_is_refused_as_others_in_it_are_not_seen(tm
     def refuse(folder):
         raise PermissionError(13, "Permission denied", str(folder))
 
-    monkeypatch.setattr("fenics_mech.studies.design.kept_folder.os.scandir", refuse)  # as the superuser reads all
+    monkeypatch.setattr("fenics_mech.studies.design.trial.os.scandir", refuse)  # as the superuser reads all
     with (
         pytest.raises(ResultError, match="out: cannot be used for trials: Permission denied"),
         kept_folder(tmp_path / "out"),

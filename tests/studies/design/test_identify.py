@@ -11,8 +11,7 @@ import fenics_mech as fm
 from fenics_mech.errors import SceneError
 from fenics_mech.studies.design.fit import Noisy, fit
 from fenics_mech.studies.design.trial import Trials
-from fenics_mech.views.identify_plots import plot_identified
-from fenics_mech.views.identify_summary import doubts, headline, identify_summary
+from fenics_mech.views.identify_views import doubts, headline, identify_summary, plot_identified
 
 ANGLES = np.linspace(0, 2 * np.pi, 90, endpoint=False)
 UNKNOWN = np.array([np.nan])

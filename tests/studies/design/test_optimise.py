@@ -14,13 +14,12 @@ from fenics_mech.cli import app
 from fenics_mech.errors import DerivativeError, MechanismError, SceneError
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.design_variables import Design
-from fenics_mech.studies.design.history import History
 from fenics_mech.studies.design.methods import METHODS, Search
+from fenics_mech.studies.design.optimise import History
 from fenics_mech.studies.design.problem import Problem
 from fenics_mech.studies.design.slopes import slopes as slopes_of
 from fenics_mech.studies.design.trial import Trial, Trials
-from fenics_mech.views.study_plots import history_figure, pareto_figure
-from fenics_mech.views.study_summary import study_summary, verdict
+from fenics_mech.views.study_views import history_figure, pareto_figure, study_summary, verdict
 from tests.common import DEMOS
 
 PARTS, LENGTH, HEIGHT, LOAD, MODULUS = 4, 0.8, 5e-3, 3.0, 70e9
@@ -206,7 +205,7 @@ def test_a_catalogue_is_searched_for_its_best_entry():
 class Formula:
     """Trials whose numbers are formulas: a mass, and a largest strain with kinks, as of two peaks in turn."""
 
-    linearised, jobs = False, 1
+    why_differences, jobs = "they are formulas", 1
 
     def __init__(self, scene):
         self.design = Design.of(scene)

@@ -14,8 +14,7 @@ from fenics_mech.studies.design.scatter import SAMPLINGS, Scattered, drawn
 from fenics_mech.studies.design.sobol_indices import saltelli_points, sobol_indices
 from fenics_mech.studies.design.spread import statistics
 from fenics_mech.studies.design.trial import Trial
-from fenics_mech.views.spread_plots import plot_spread
-from fenics_mech.views.spread_summary import _notes, headline, spread_summary
+from fenics_mech.views.spread_views import _notes, headline, plot_spread, spread_summary
 
 # Ishigami function with a = 7, b = 0.1: Saltelli, Chan and Scott, Sensitivity Analysis, 2000, page 41
 A, B = 7.0, 0.1
@@ -71,7 +70,7 @@ def test_samples_too_few_or_without_scatter_have_no_polynomials():
 
 def test_a_derivative_between_trials_that_failed_is_not_known():
     class Failing:
-        linearised = False
+        why_differences = "they are formulas"
         design = type("Bounds", (), {"bounds": [(0.0, 1.0)] * 2, "variables": [type("V", (), {"choices": ()})] * 2})
 
         def run(self, points, progress):

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 import fenics_mech as fm
 from fenics_mech.cli import app
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import load_task
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.synthesis_tasks import read_task

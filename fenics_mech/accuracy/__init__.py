@@ -1,1 +1,0 @@
-"""Estimates of every error of a result, made from its solution."""
