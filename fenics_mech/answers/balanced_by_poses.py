@@ -46,6 +46,7 @@ class Balanced(Solved):
     """
 
     series: Series
+    lost = 0.0  # harmonics have no steps through which rounding grows
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> Balanced:
@@ -89,6 +90,7 @@ class LinearBalanced(LinearCycle):
     """
 
     series: Series
+    lost = 0.0
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> LinearBalanced:
