@@ -18,7 +18,7 @@ from fenics_mech.answers.buckled_links import refuse_folded, weakest_link, with_
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING
 from fenics_mech.errors import AssemblyError, DerivativeError, SceneError, SolverError
-from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
+from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps, more_stages
 from fenics_mech.geometry import Fourier, Given
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.kinematics import solve_motion
@@ -450,7 +450,7 @@ class LinearCycle(Solved):
 
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same at the positions without most of the error of a source, which is named."""
-        yield "time", LinearCycle._by(self.scene, self.made, len(self.cycle.tableau.c) + 1).positions
+        yield "time", LinearCycle._by(self.scene, self.made, more_stages(len(self.cycle.tableau.c))).positions
         yield "mesh", LinearCycle._by(self.scene, self.finer, len(self.cycle.tableau.c)).positions
         yield "theory", self.corrected
 
