@@ -29,6 +29,7 @@ class Balanced(Solved):
     """A periodic motion as a Fourier series; its cycle is the same by steps."""
 
     series: Series
+    lost = 0.0  # harmonics have no steps through which rounding grows
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> Balanced:
@@ -56,6 +57,7 @@ class LinearBalanced(LinearCycle):
     """A periodic motion that is linear beside the rigid one, as a Fourier series."""
 
     series: Series
+    lost = 0.0
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> LinearBalanced:

@@ -180,7 +180,7 @@ def estimated(solved: Solved | AtRest, chosen: bool = False) -> Errors:
     # halved elements lack the rest of the error; of answers at rest, inertia along and beside elements is of order 2
     lack = 2.0 ** (2.0 if isinstance(solved, AtRest) else mesh_order(solved.scene))
     parts["mesh"] = {name: lack / (lack - 1) * error for name, error in parts["mesh"].items()}
-    if isinstance(solved, AtRest) and solved.lost > ROUNDED:
+    if solved.lost > ROUNDED:
         parts["rounding"] = {name: solved.lost * size for name, size in here.largest.items()}
     if chosen and (fuller := with_assumed_shear(solved.scene)) is not None:
         run = Run()

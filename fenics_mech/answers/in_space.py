@@ -40,6 +40,7 @@ TOLERANCE = 1e-7  # of Newton's last change, relative to the largest coordinate
 SAME = 1e-9  # rad, between an instant of the positions and a jump of a load
 UNSTABLE = 1.0 + 1e-6  # a multiplier above it: rounding of steps is 1e-8
 COARSE = 0.1  # estimated error from which an answer is called too coarse
+NOTICE = "notice: "
 COMPONENTS = ("x", "y", "z")
 
 
@@ -95,10 +96,9 @@ def in_space(scene: SpatialScene) -> SpatialResult:
     """
     answer = answer_in_space(scene)
     data = _dataset(answer)
-    if scene.analysis.error_estimates:
-        data = data.merge(_errors(answer, data))
-    data.attrs |= _attributes(answer, data)
-    _stability(answer, data)
+    better = _better(answer) if scene.analysis.error_estimates else {}
+    data = data.merge(_errors(better, data))
+    data.attrs |= _attributes(answer, data, _stability(better.get("time", answer), data))
     return SpatialResult.with_scene(scene, described(data, scene))
 
 
@@ -337,14 +337,19 @@ def _frequencies(answer: InSpace) -> Array:
 QUANTITIES = {"strain": "strain", "deflection": "deflection", "joint_force": "joint_force", "torque": "input_torque"}
 
 
-def _errors(answer: InSpace, data: xr.Dataset) -> xr.Dataset:
-    """Estimate errors by an answer with another stage, and one with halved elements, which have order 2."""
-    scene = answer.made.scene
-    better = {"mesh": (answer_in_space(scene, finer=2), 4 / 3)} if answer.made.members else {}
+def _better(answer: InSpace) -> dict[str, InSpace]:
+    """Give answers with halved elements, and with another stage, by the source of which most of the error is gone."""
+    scene = answer.made.scene.changed({"analysis.modes": 0})  # frequencies are not compared
+    better = {"mesh": answer_in_space(scene, finer=2)} if answer.made.members else {}
     if answer.cycle is not None or scene.analysis.method == "transient":
-        better["time"] = answer_in_space(scene, stages=STAGES + 1), 1.0
+        better["time"] = answer_in_space(scene, stages=STAGES + 1)
+    return better
+
+
+def _errors(better: dict[str, InSpace], data: xr.Dataset) -> xr.Dataset:
+    """Estimate errors by better answers: what halved elements change is 3/4 of theirs, as they have order 2."""
     sources, found = list(better), {}
-    others = {source: (_dataset_plain(other), lack) for source, (other, lack) in better.items()}
+    others = {source: (_dataset(other), 4 / 3 if source == "mesh" else 1.0) for source, other in better.items()}
     for what, name in QUANTITIES.items():
         if name not in data or not sources:
             continue
@@ -357,15 +362,11 @@ def _errors(answer: InSpace, data: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(found, {"source": sources} if sources else {})
 
 
-def _dataset_plain(answer: InSpace) -> xr.Dataset:
-    """Give the dataset of an answer without frequencies, which are not compared."""
-    scene = answer.made.scene
-    answer.made.scene = scene.changed({"analysis.modes": 0})
-    return _dataset(answer)
+def _stability(answer: InSpace, data: xr.Dataset) -> str:
+    """Add the Floquet multipliers of a periodic motion, refuse an unstable one, and say what is in doubt.
 
-
-def _stability(answer: InSpace, data: xr.Dataset) -> None:
-    """Add the Floquet multipliers of a periodic motion, and refuse an unstable one.
+    Steps damp a vibration with exp(i w t) themselves, in each step by |R(i w h)|, R the stability function of Radau's
+    method (Hairer and Wanner, Solving ODE II, section IV.3).
 
     Raises
     ------
@@ -374,10 +375,10 @@ def _stability(answer: InSpace, data: xr.Dataset) -> None:
     """
     analysis = answer.made.scene.analysis
     if answer.cycle is None or not analysis.multipliers:
-        return
+        return ""
     running = running_modes(answer.cycle, analysis.multipliers)
     if not len(running.multipliers):
-        return
+        return f"{NOTICE}small disturbances die out within a cycle: no multiplier is above 1e-4"
     data["multiplier"] = ("disturbance", np.abs(running.multipliers))
     data["growth_rate"] = ("disturbance", running.rates.real)
     data["multiplier_frequency"] = ("disturbance", running.rates.imag / TURN)
@@ -387,12 +388,27 @@ def _stability(answer: InSpace, data: xr.Dataset) -> None:
             f"the periodic motion is unstable: a small disturbance grows by a factor of {largest:.5g} in every cycle. "
             "Change the speed or the damping, or let it pass with analysis.allow_unstable = true"
         )
+    tableau, h = answer.cycle.tableau, float(answer.cycle.path.h.max())
+    for rate in running.rates:
+        z = 1j * rate.imag * h
+        grown = 1 + z * tableau.A[-1] @ np.linalg.solve(np.eye(len(tableau.c)) - z * tableau.A, np.ones(len(tableau.c)))
+        by_steps = float(np.log(np.abs(grown))) / h
+        if abs(by_steps) > DAMPED * abs(rate.real):
+            return (
+                f"the steps damp a disturbance of {rate.imag / TURN:.4g} Hz by {-by_steps:.3g} 1/s, and it decays by "
+                f"{-rate.real:.3g} 1/s in all: whether it dies out is not known. Take more positions"
+            )
+    return ""
 
 
-def _attributes(answer: InSpace, data: xr.Dataset) -> dict[str, Any]:
-    """Say what was decided, assumed, and is doubtful."""
+DAMPED = 0.2  # share of the decay of a disturbance that steps may make
+
+
+def _attributes(answer: InSpace, data: xr.Dataset, doubt: str) -> dict[str, Any]:
+    """Say what was decided, assumed, and is doubtful, `doubt` about stability."""
     made, scene = answer.made, answer.made.scene
-    notices, warnings = [], []
+    notices, warnings = [], [doubt] if doubt and not doubt.startswith(NOTICE) else []
+    notices += [doubt.removeprefix(NOTICE)] if doubt.startswith(NOTICE) else []
     for link in made.idle.values():
         moment = float(np.abs(data["holding_moment"].sel(held_link=link).to_numpy()).max())
         notices.append(

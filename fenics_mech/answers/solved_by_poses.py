@@ -11,11 +11,12 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array, norms
+from fenics_mech._guard import ADVICE
 from fenics_mech.answers.buckled_links import refuse_folded, weakest_link, with_buckled
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING
 from fenics_mech.errors import AssemblyError, DerivativeError, SolverError
-from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
+from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps, more_stages
 from fenics_mech.geometry import Fourier, Given
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.kinematics import coordinates
@@ -66,7 +67,8 @@ SHORTEST = 1e-9  # length of a spring or damper, of the largest that is known: b
 LOWERED = 0.95  # share of axial forces that buckle, whose powers do not
 MOST_DOWN, FARTHEST_DOWN = 60, 0.3  # steps from an unstable answer, and the longest change in each (rad, m)
 UNHELD = 1e-10  # stiffness of a free motion, of that of the links which it moves: below it, it is rounding
-LARGEST_LOSS = 5e-3  # of an answer by rounding; the estimate is up to 20 times the true loss
+LARGEST_LOSS = 5e-3  # of an answer by rounding; the estimate is 1/7 to 20 times the true loss
+BLAMED = 1e6  # times the softest stiffness of an element: a damper that resists as much is as good as rigid
 FARTHEST = 1.0  # rad, or of an element's length: a cantilever's end at 1 rad in linear theory turns by 0.78
 SIGNS = 1.0, -1.0  # of what is ahead of an answer and of what is behind it
 
@@ -194,13 +196,22 @@ class Solved:
         made = built(scene)
         if (beside := found_beside(scene, made.machine, run)) is not None:
             refuse_folded(made, beside.evaluation, beside.t.ravel())
+            _refuse_lost_cycle(made, beside)
             return cls(scene, made, beside)
         try:
             cycle = periodic(made.machine, scene.period, Steps.of(scene).times, stages=scene.analysis.stages)
         except SolverError as error:
+            if stiff := _as_good_as_rigid(made):
+                raise SolverError(f"{error}. {stiff}") from error
             raise with_buckled(made, instants_of(scene), True, error) from error
         refuse_folded(made, cycle.evaluation, cycle.t.ravel())
+        _refuse_lost_cycle(made, cycle)
         return cls(scene, made, cycle, left_out=left_out_by_linear(cycle.changes))
+
+    @property
+    def lost(self) -> float:
+        """Share that rounding may take."""
+        return self.cycle.lost
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
         motion = Motion(self.made.machine, t, q, v, a)
@@ -291,7 +302,9 @@ class LinearCycle(Solved):
     def of(cls, scene: Scene, run: Run | None = None) -> LinearCycle:
         """Build the machine of a scene, and find its periodic motion in the linear theory of its effects."""
         # It is the only one, so that motions before it tell nothing of it.
-        return cls._by(scene, built(scene), scene.analysis.stages)
+        found = cls._by(scene, built(scene), scene.analysis.stages)
+        _refuse_lost_cycle(found.made, found.cycle)
+        return found
 
     @classmethod
     def _by(cls, scene: Scene, made: SceneMachine, stages: int) -> LinearCycle:
@@ -333,7 +346,7 @@ class LinearCycle(Solved):
 
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same at the positions without most of the error of a source, which is named."""
-        yield "time", LinearCycle._by(self.scene, self.made, len(self.cycle.tableau.c) + 1).positions
+        yield "time", LinearCycle._by(self.scene, self.made, more_stages(len(self.cycle.tableau.c))).positions
         yield "mesh", LinearCycle._by(self.scene, self.finer, len(self.cycle.tableau.c)).positions
         yield "theory", self.corrected
 
@@ -556,6 +569,29 @@ def _refuse_lost(made: SceneMachine, steps: StaticIteration) -> None:
         f"deg: {steps.lost:.1e} of it, by estimate, largest at {point}. Keep away from dead centres, where the links "
         "do not hold that point. Or take members less stiff along than across, or fewer elements"
     )
+
+
+def _refuse_lost_cycle(made: SceneMachine, cycle: Cycle) -> None:
+    """Raise `SolverError` where rounding takes too much of a periodic motion."""
+    if not cycle.lost <= LARGEST_LOSS:
+        raise SolverError(
+            f"the periodic motion is lost to rounding: {cycle.lost:.1e} of it, by estimate. "
+            f"{_as_good_as_rigid(made) or ADVICE}"
+        )
+
+
+def _as_good_as_rigid(made: SceneMachine) -> str:
+    """Tell of a damper that holds links as if it were rigid; nothing where there is none."""
+    machine, rate = made.machine, abs(made.scene.cycle_rate)
+    held = BLAMED * np.diagonal(machine.beams.stiffness, axis1=1, axis2=2).min()
+    for name, damper in made.scene.dampers.items():
+        arm, unit = (machine.extent, "N s/m") if isinstance(damper, Line) else (1.0, "N m s/rad")
+        if damper.damping * arm**2 * rate > held:
+            return (
+                f"The damper {name!r} of {damper.damping:.3g} {unit} is as good as rigid, and behind it the links "
+                "hardly settle in a cycle. Take a smaller one, or a weld or a rigid link in its place"
+            )
+    return ""
 
 
 def _refuse_far(made: SceneMachine, steps: StaticIteration) -> None:

@@ -14,11 +14,18 @@ from fenics_mech.solve.newton import converge
 from fenics_mech.solve.periodic import MOST, MOTION
 from fenics_mech.terms import Beams, Shapes
 
+MORE = 2  # stages in each step: where steps are long for a vibration, one more leaves a third to all of the error
+MOST_STAGES = 10  # of the kernels
 ENOUGH = 1e-4  # last change of Newton's method: with 1e-3 one step may do, and told over true falls to 0.8
 
 
+def more_stages(stages: int) -> int:
+    """Give the stages of a step by which the error of one with fewer is told."""
+    return min(stages + MORE, MOST_STAGES)
+
+
 def finer_steps(cycle: Cycle) -> Cycle:
-    """Give the motion by one more stage in each step, whose order is higher by two.
+    """Give the motion by two more stages in each step, whose order is higher by four.
 
     A quantity at the ends of the steps differs between both by the error of the steps, but for terms of that order.
 
@@ -28,7 +35,7 @@ def finer_steps(cycle: Cycle) -> Cycle:
         A converged motion.
     """
     path = cycle.path
-    start = path.with_stages(len(path.tableau.c) + 1)
+    start = path.with_stages(more_stages(len(path.tableau.c)))
     return periodic(cycle.machine, path.period, start=start, tolerance=ENOUGH)
 
 

@@ -25,6 +25,11 @@ from fenics_mech.solve.stages import stage_matrix
 logger = logging.getLogger(__name__)
 MOTION = "the periodic motion"  # what Newton's method seeks here, in its messages
 MOST = 25  # of its steps
+DENSE = 60  # unknowns of a state: a dense matrix costs no more marches than Arnoldi's method takes
+CLOSED, CLOSING = 1e-11, "fenics_mech_closing_"  # what GMRES may leave of a right side, and the prefix of its options
+RESONANT = "the cycle does not close: the linearised motion is at a resonance that nothing damps"
+TINY = 1e-10  # of the machine's extent, and rad: motions below it are as exact as Newton's method finds them
+OTHERWISE = 3.0  # by which a state is divided and multiplied again, so that its marches are rounded in another way
 
 
 @dataclass
@@ -69,6 +74,26 @@ class Cycle:
     def blows(self) -> dict[int, Blows]:
         """The impulses, by the step at whose end they act."""
         return blows_of(self.machine, self.path)
+
+    @cached_property
+    def lost(self) -> float:
+        """Share of the motion that rounding takes, by estimate: by how much one more solution changes the start.
+
+        It is for what the steps miss of the start, and for the difference of two ways to round them. Where a part of
+        the motion hardly settles, as behind a damper that is as good as rigid, both count many times.
+        """
+        steps, path, n = self.steps, self.path, self.machine.n
+        state = np.concatenate([path.q0[0, :n], steps.unit * path.v0[0, :n]])
+        start = state if self.linear is not None else 0 * state
+        right, gaps = -self.evaluation.force.reshape(path.a.shape), gaps_between(steps.path, steps.blows)
+        missed = steps.through(start[None], right, gaps)[0][0] - start
+        missed += OTHERWISE * steps.cycle(state / OTHERWISE) - steps.cycle(state)
+        if len(state) <= DENSE:
+            change = np.linalg.solve(np.eye(len(state)) - steps.whole, missed)
+        else:  # by GMRES, which may overlook a part that hardly settles
+            change = by_gmres(lambda x: x - steps.cycle(x), missed, CLOSED, len(state), CLOSING, RESONANT)
+        size, off = (float(np.linalg.norm(x / np.tile(self.machine.units[:n], 2))) for x in (state, change))
+        return off / max(size, TINY)
 
     def multipliers(self, count: int = 6) -> Array:
         """Give the largest Floquet multipliers: factors on a small disturbance in one cycle."""
@@ -135,8 +160,7 @@ class LinearSteps:
         """Give by what the path changes, periodic again."""
         # GMRES solves (1 - cycle) x = b for the state at the start.
         b = self.through(np.zeros((1, 2 * self.n)), right, gaps)[0][0]
-        resonant = "the cycle does not close: the linearised motion is at a resonance that nothing damps"
-        start = by_gmres(lambda x: x - self.cycle(x), b, 1e-11, len(b), "fenics_mech_closing_", resonant)
+        start = by_gmres(lambda x: x - self.cycle(x), b, CLOSED, len(b), CLOSING, RESONANT)
         return self.along(start, right, gaps)
 
     def along(self, start: Array, right: Array | None = None, gaps: Array | None = None) -> Path:
@@ -151,7 +175,7 @@ class LinearSteps:
 
     def multipliers(self, count: int) -> tuple[Array, Array]:
         """Give the largest multipliers, and the states that they multiply ``(2 n, multipliers)``."""
-        if 2 * self.n <= 60:  # a dense matrix costs no more marches than Arnoldi's method takes
+        if 2 * self.n <= DENSE:
             values, vectors = np.linalg.eig(self.whole)
         else:
             eps = SLEPc.EPS().create(PETSc.COMM_SELF)

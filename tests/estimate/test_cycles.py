@@ -41,7 +41,7 @@ def largest(difference):
 @pytest.mark.slow
 @pytest.mark.parametrize("steps", [60, 120])
 def test_told_errors_of_steps_are_those_against_240(steps):
-    """They are 1 % and 0.04 % of the peak; one more stage has order 7 beside 5."""
+    """They are 1 % and 0.04 % of the peak; two more stages have order 9 beside 5."""
     cycle, fine = seed_cycle(4, steps), seed_cycle(4, 240)
     true = largest(middle(cycle) - middle(fine)[240 // steps - 1 :: 240 // steps])
     told = largest(middle(finer_steps(cycle)) - middle(cycle))
