@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
 from fenics_mech._console import loading, make_folder, progress_bar, tell
-from fenics_mech.cli.common import Units, loaded_result, quantity, scene_of_file, unit_names
+from fenics_mech.cli.common import Units, any_result, quantity, scene_of_file, unit_names
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
     from fenics_mech.recovery import Result
+    from fenics_mech.recovery.spatial_result import SpatialResult
     from fenics_mech.scene import Scene
 
 OF_RESULTS, OF_SCENES, OF_MATRICES = (".pvd", ".mat", ".csv", ".xlsx"), (".py", ".mbd", ".dxf"), (".mat", ".nc")
 IN_UNITS = (".csv", ".xlsx")  # the others are in SI, and drawings in mm
+IN_SPACE = (".pvd", ".mat", ".csv")  # kinds of files of a result in space
 OF_MODES = ("modal_coordinate", "energy_share")  # tables of the part of each mode in the motion
 SOLVING = ("kinematics", "beams", "modes", "response")  # steps of solving a scene anew
 
@@ -53,7 +55,13 @@ def export(
         raise MechanismError(f"{in_si[0]}: --units is for tables (.csv, .xlsx); files for other programs are in SI")
     if angle is not None and not any(path.suffix == ".dxf" for path in files):
         raise MechanismError("--angle is for the outlines of the links: name a .dxf to write")
-    result = None if source.suffix == ".toml" else loaded_result(source)
+    loaded = None if source.suffix == ".toml" else any_result(source)
+    if loaded is not None and not hasattr(loaded, "cases"):
+        if matrices is not None:
+            raise MechanismError(f"{matrices}: {source} is a result in space, and matrices are of scenes in the plane")
+        _write_in_space(cast("SpatialResult", loaded), files, every, names)
+        return
+    result = cast("Result | None", loaded)
     scene = scene_of_file(source) if result is None else result.scene
     for path in files:
         make_folder(path.parent)
@@ -79,6 +87,22 @@ def _refuse_unfit(source: Path, files: list[Path], matrices: Path | None) -> Non
         raise MechanismError(f"{unknown[0]}: exported are {known} and .csv (table of a variable, by its name)")
     if source.suffix == ".toml" and (lacking := [path for path in files if path.suffix in OF_RESULTS]):
         raise MechanismError(f"{lacking[0]}: {source} is a scene, and this file shows a result. Run the scene first")
+
+
+def _write_in_space(result: SpatialResult, files: list[Path], every: int, units: list[str]) -> None:
+    """Write a result in space for ParaView or MATLAB, or the variable by whose name the file is called."""
+    if unfit := [path for path in files if path.suffix not in IN_SPACE]:
+        known = ".pvd (ParaView), .mat (MATLAB) and .csv (table of a variable, by its name)"
+        raise MechanismError(f"{unfit[0]}: of a result in space are exported {known}")
+    for path in files:
+        make_folder(path.parent)
+        if path.suffix == ".pvd":
+            result.to_vtk(path, every)
+        elif path.suffix == ".mat":
+            result.to_mat(path)
+        else:
+            result.to_table(path.stem, path, units)
+        tell(f"Wrote {path}")
 
 
 def _write_result(result: Result, path: Path, every: int, units: list[str]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -105,10 +105,17 @@ def _modes_in_space(scene: SpatialScene, folder: Path) -> None:
         from fenics_mech.views.space.plots import spatial_plots  # noqa: PLC0415
         from fenics_mech.views.space.summary import frequency_table  # noqa: PLC0415
 
-    method = "static" if scene.analysis.method == "static" else "quasi-static"
-    plain = {"analysis.method": method, "analysis.multipliers": 0, "analysis.error_estimates": False}
+    method = "quasi-static" if scene.drives and scene.analysis.method != "static" else "static"
+    plain: dict[str, Any] = {
+        "method": method,
+        "duration": None,
+        "start_speeds": {},
+        "multipliers": 0,
+        "error_estimates": False,
+    }
     make_folder(folder)
-    result = analyse(scene.changed(plain))
+    analysis = scene.analysis.model_copy(update=plain).model_dump(by_alias=True)
+    result = analyse(scene.changed(analysis=analysis))
     if "frequency" not in result.data:
         raise SceneError("no link bends, or analysis.modes is 0: there are no frequencies", place="analysis.modes")
     out.print(frequency_table(result))

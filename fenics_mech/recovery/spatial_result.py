@@ -126,7 +126,7 @@ class SpatialResult(Saved):
         names = [*scene.links, *scene.joints, *scene.members(), *points, "ground"]
         return frozenset(part for name in names for part in (name, *name.split(".")))
 
-    def to_table(self, name: str, path: str | Path) -> Path:
+    def to_table(self, name: str, path: str | Path, units: Sequence[str] = ()) -> Path:
         """Write one variable as a table.
 
         Parameters
@@ -135,6 +135,8 @@ class SpatialResult(Saved):
             Its name.
         path
             File to write.
+        units
+            Names of units, such as "in", "psi"; what they do not measure is in SI.
 
         Raises
         ------
@@ -143,7 +145,7 @@ class SpatialResult(Saved):
         """
         if name not in self.data:
             raise ResultError(f"the result has no variable {name!r}; it has {', '.join(map(str, self.data.data_vars))}")
-        return write_table(self.data[name], Path(path))
+        return write_table(self.data[name], Path(path), units)
 
     def to_mat(self, path: str | Path) -> Path:
         """Write a file for MATLAB and Octave.

@@ -38,7 +38,7 @@ from fenics_mech.views.judgements import (
 from fenics_mech.views.motion_figures import law_efforts
 from fenics_mech.views.prefixes import largest_force, least_moment, least_power, prefixed
 from fenics_mech.views.reading import change_by_vibration
-from fenics_mech.views.safety_words import safety_table
+from fenics_mech.views.safety_words import across_in_words, safety_table
 from fenics_mech.views.tables import drive_of, number, rows_table, table_of
 from fenics_mech.views.words import MINUS, sentence, share
 
@@ -199,6 +199,7 @@ def details(result: Result, units: AnswerUnits | None = None) -> Group:
         parts.append(frequency_table(frequency, assurance, values_of(result, "frequency_error", "mode")))
         if any(effect.nonlinear for effect in acting(result)):
             parts.append(Text("These frequencies leave out the axial forces in the links."))
+    parts += [Text(f"Frequencies: {across}.")] if (across := across_in_words(result)) else []
     if "mean_power" in result.data:
         parts.append(Text(energy(result)))
     for judged in filter(None, (stability(result), theory(result))):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,7 @@ FAILS = {
 }
 SIZED = {"height": "deep", "width": "wide"}  # adjectives of dimensions
 LARGEST = 100.0  # factor from which on its size tells nothing
+GROWS = 1.0 + 1e-6  # a multiplier above it: rounding of steps is 1e-8
 ENOUGH = 3.0  # times the wanted factor: beyond it a member is no news
 MOST_MEMBERS = 2  # that are listed beside the first
 
@@ -52,6 +54,24 @@ def frequency_ranges(result: Result) -> list[tuple[float, float]]:
         return []
     ends = np.nan_to_num(data["mode_frequency"].sel(limit=["lowest", "highest"]).transpose("mode", "limit").to_numpy())
     return [(float(low), float(high)) for low, high in ends]
+
+
+def ranges_in_words(ranges: Sequence[tuple[float, float]]) -> str:
+    """Write ranges of frequencies after one another, one that does not vary as a number."""
+    texts = [a if (a := short(low)) == (b := short(high)) else f"{a}\N{EN DASH}{b}" for low, high in ranges]
+    return ", ".join(texts)
+
+
+def across_in_words(result: Result, most: int | None = None) -> str:
+    """Tell natural frequencies and growth across the plane; nothing where they were not asked for."""
+    data = result.data
+    if "frequency_across" not in data:
+        return ""
+    modes = data["frequency_across"].transpose("mode_across", "position_angle").to_numpy()
+    known = [mode for mode in modes if not np.isnan(mode).all()]
+    said = f"{ranges_in_words([(np.nanmin(mode), np.nanmax(mode)) for mode in known[:most]])} Hz across the plane"
+    growth = float(data["multiplier_across"].max()) if data.sizes.get("disturbance_across") else 0.0
+    return f"{said}; a disturbance there grows by a factor of {short(growth)} in each cycle" if growth > GROWS else said
 
 
 def speeds_in_words(result: Result, most: int = 2) -> str:

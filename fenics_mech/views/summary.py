@@ -35,7 +35,14 @@ from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, unstated_gravity, verdict
 from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.reading import Reading, change_by_vibration, reading_of
-from fenics_mech.views.safety_words import frequency_ranges, safety_row, safety_sentences, speeds_in_words
+from fenics_mech.views.safety_words import (
+    across_in_words,
+    frequency_ranges,
+    ranges_in_words,
+    safety_row,
+    safety_sentences,
+    speeds_in_words,
+)
 from fenics_mech.views.space.summary import summary_parts
 from fenics_mech.views.tables import plain_table, rows_table
 from fenics_mech.views.words import AT_MOST, MINUS, share, short
@@ -192,6 +199,7 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
         others["avoid"] = speeds_of_cases(result)
     else:
         others |= {"vibrates": _vibrates(result, reading.units), "frequencies": _frequencies(result)}
+        others["across"] = across_in_words(result, MOST_MODES)
         others["avoid"] = speeds_in_words(result, 1)
     rows |= {name: text for name, text in others.items() if text}
     told = [one for one in judged if one.level == "note" or (one.level == "good" and one.about == "error")]
@@ -233,14 +241,10 @@ def _vibrates(result: Result, units: AnswerUnits) -> str:
 
 def _frequencies(result: Result) -> str:
     """Write the range over the cycle of each natural frequency, which knows no speed."""
-    ranges = [
-        short(low) if short(low) == short(high) else f"{short(low)}\N{EN DASH}{short(high)}"
-        for low, high in frequency_ranges(result)
-    ]
-    if not ranges:
+    if not (ranges := frequency_ranges(result)):
         return ""
     more = f" and {len(ranges) - MOST_MODES} more" if len(ranges) > MOST_MODES else ""
-    return f"{', '.join(ranges[:MOST_MODES])} Hz{more}, held in place"
+    return f"{ranges_in_words(ranges[:MOST_MODES])} Hz{more}, held in place"
 
 
 def _effects(result: Result) -> str:

@@ -12,7 +12,6 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
-from scipy.integrate import trapezoid
 
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.known import GRAVITY
@@ -90,7 +89,8 @@ def _in_si(scene: Scene) -> Table:
     table, s = table_of("The same in SI, at mid-span where they vary", *columns), np.linspace(0, 1, 101)
     for label in scene.members():
         rigidity = scene.rigidity(label, s)
-        mass = float(trapezoid(rigidity.line_density, s)) * math.dist(*scene.member_ends(label))
+        density = rigidity.line_density
+        mass = float(np.mean((density[1:] + density[:-1]) / 2)) * math.dist(*scene.member_ends(label))
         ea, ei = float(rigidity.axial[50]), float(rigidity.bending[50])
         table.add_row(escape(label), number(mass), number(ea), number(ei), number(1e3 * math.sqrt(ei / ea)))
     return table

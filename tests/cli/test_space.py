@@ -50,7 +50,6 @@ def test_run_writes_what_it_writes_of_plane_scenes(call, place):
     assert [path.name for path in (place / "p").iterdir()] == ["views.pdf"]
     assert call("animate", "out/result.nc", "-o", "m.png")[0] == 0
     for words in (
-        ("export", "out/result.nc", "x.csv"),
         ("fatigue", "out/result.nc"),
         ("compare", "out/result.nc", "b.nc"),
     ):
@@ -58,6 +57,21 @@ def test_run_writes_what_it_writes_of_plane_scenes(call, place):
         code, _, error = call(*words)
         assert code == 1
         assert "result in space" in error
+        assert len(error.splitlines()) == 1
+
+
+def test_results_are_exported(call, place):
+    call("run", "rssr.toml", "-o", "e", "--no-plots", "--no-report", "-q")
+    code, said, _ = call("export", "e/result.nc", "e/m.pvd", "e/m.mat", "e/von_mises.csv")
+    assert code == 0
+    assert said.count("Wrote") == 3
+    assert call("export", "e/result.nc", "e/psi/von_mises.csv", "--units", "psi")[0] == 0
+    tables = [(place / name / "von_mises.csv").read_text().splitlines() for name in ("e", "e/psi")]
+    plain, psi = (float(lines[1].split(",")[-1]) for lines in tables)
+    assert plain == pytest.approx(6894.757 * psi, rel=1e-6)
+    for words in (("e/m.xlsx",), ("e/m.dxf",), ("--matrices", "e/k.mat"), ("e/no_such.csv",)):
+        code, _, error = call("export", "e/result.nc", *words)
+        assert code == 1
         assert len(error.splitlines()) == 1
 
 
@@ -93,7 +107,6 @@ def test_options_that_do_not_apply_are_refused_in_one_line(call, words):
 @pytest.mark.parametrize(
     "words",
     [
-        ("sweep", "--over", "drive.speed=1:2:3"),
         ("follow", "--over", "drive.speed=1:2"),
         ("identify", "record.csv"),
         ("export", "motion.dxf"),

@@ -36,7 +36,7 @@ def spatial_animation(
     size: tuple[int, int],
     progress: Progress,
 ) -> Path:
-    """Write an animation of a cycle, or of a .png one picture at the peak.
+    """Write an animation of a cycle or of a motion in time, or of a .png one picture at the peak.
 
     `shown` is what colours the beams ("stress" or "strain"), the factor on deflections or None, the number of pictures,
     and whether joints have names.
@@ -47,7 +47,8 @@ def spatial_animation(
     stage = SpatialStage(reading, colour, reading.magnify if magnify is None else magnify, size, names)
     places = np.array([float(reading.peak_position)])
     if not still:
-        places = np.linspace(0, len(reading.theta) if reading.moves else 0, frames, endpoint=False)
+        last = len(reading.theta) - reading.in_time if reading.moves else 0
+        places = np.linspace(0, last, frames, endpoint=reading.in_time)
 
     def pictures() -> Pictures:
         try:
@@ -128,6 +129,8 @@ class SpatialStage:
         """Give values at any position, which need not be whole."""
         if not self.reading.moves:
             return lambda place: values[0]
+        if self.reading.in_time:
+            return CubicSpline(np.arange(len(values)), values)
         closed = np.concatenate([values, values[:1]])
         return CubicSpline(np.arange(len(closed)), closed, bc_type="periodic")
 
@@ -190,7 +193,7 @@ class SpatialStage:
             self.beams.append(beam)
         thin = {"lighting": False, "line_width": self.size[1] / 450}
         for path in np.moveaxis(pins[:, :, 1], 1, 0) if reading.moves else []:
-            closed = np.concatenate([path, path[:1]])
+            closed = path if reading.in_time else np.concatenate([path, path[:1]])
             if np.ptp(path, axis=0).max() > 1e-6 * self.extent:
                 self.plotter.add_mesh(pv.lines_from_points(closed), color=SHADE, **thin)
         self.rigid = pv.PolyData(self.over[2](0).reshape(-1, 3), lines=_pairs(len(reading.members)))
@@ -238,7 +241,9 @@ class SpatialStage:
             text.position = tuple(self._share(pin) + DRAWN.name)
         at = reading.theta[0] + place * TURN / len(reading.theta) * np.sign(reading.scene.cycle_rate)
         turned = in_degrees(np.radians(round(float(np.degrees(at)), 1)))
-        self.angle.input = f"drive angle {turned}" if reading.moves else "at rest"
+        seconds = float(np.interp(place, np.arange(len(reading.time)), reading.time))
+        moving = f"{seconds:.4g} s" if reading.in_time else f"drive angle {turned}"
+        self.angle.input = moving if reading.moves else "at rest"
         self.plotter.render()
         return self.plotter.screenshot(return_img=True)
 

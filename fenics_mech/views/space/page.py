@@ -106,7 +106,8 @@ def _moving(reading: SpatialReading) -> Html:
     said = tag("p", "The turning picture needs JavaScript. All numbers are in the tables below.")
     eyes = [tag("button", text, id=f"eye-{name}", type="button") for name, text in EYES.items()]
     play = tag("button", "\N{BLACK RIGHT-POINTING TRIANGLE}", id="play", type="button", aria_label="play or stop")
-    position = tag("label", "drive angle ", tag("output", id="told"), slider("position", "any"), class_="grow")
+    what = "time " if reading.in_time else "drive angle "
+    position = tag("label", what, tag("output", id="told"), slider("position", "any"), class_="grow")
     magnify = tag("label", "deflection magnified ", tag("output", id="times"), slider("magnify", "1"), class_="grow")
     arrows = tag("label", tag("input", type="checkbox", id="arrows"), " joint forces", class_="check")
     to_peak = tag("button", "peak", id="to-peak", type="button") if reading.moves else EMPTY
@@ -246,7 +247,9 @@ def _computed(reading: SpatialReading) -> Html:
 def _payload(reading: SpatialReading) -> dict[str, Any]:
     """Give what the script draws."""
     angle = np.mod(np.round(reading.theta, 12), TURN)
-    order = np.argsort(angle, kind="stable")
+    order = np.arange(len(angle)) if reading.in_time else np.argsort(angle, kind="stable")
+    kind = "time" if reading.in_time else "turn" if reading.moves else "still"
+    seconds = float(np.ptp(reading.time)) if reading.in_time else reading.scene.period if reading.scene.drives else None
     peaks = [reading.peak(reading.stress, i) for i in range(len(reading.members))]
     rigid, pins = reading.paths(0.0), reading.joint_points(0.0)
     force = reading.values("section_force", "member", "s", "section_axis") / reading.units.size("force")
@@ -270,10 +273,10 @@ def _payload(reading: SpatialReading) -> dict[str, Any]:
         "title": reading.scene.name,
         "units": {kind: reading.units.label(kind) for kind in KINDS},
         "upwards": True,
-        "kind": "turn" if reading.moves else "still",
-        "axis": np.degrees(angle[order]).round(4).tolist(),
-        "seconds": float(reading.scene.period) if reading.scene.drives else None,
-        "direction": -1 if reading.scene.cycle_rate < 0 else 1,
+        "kind": kind,
+        "axis": reading.time.round(9).tolist() if reading.in_time else np.degrees(angle[order]).round(4).tolist(),
+        "seconds": seconds,
+        "direction": -1 if reading.scene.cycle_rate < 0 and not reading.in_time else 1,
         "joints": reading.joints,
         "kinds": [reading.scene.joints[name].kind for name in reading.joints],
         "members": reading.members,

@@ -46,17 +46,25 @@ def spatial_plots(result: SpatialResult, folder: Path, only: Collection[str], en
 
 
 def _abscissa(reading: SpatialReading, axes: Axes, length: float = 0.0) -> None:
-    if reading.moves:
+    if reading.in_time:
+        axes.set_xlabel("time (s)")
+        axes.set_xlim(reading.time[0], reading.time[-1])
+    elif reading.moves:
         angle_axis(axes)
     else:
         axes.set_xlabel(f"place along the member ({reading.units.label('length')} from its first end)")
         axes.set_xlim(0, reading.units.number(length, "length"))
 
 
+def _history(reading: SpatialReading, values: Array) -> tuple[Array, Array]:
+    """Abscissa and ordinate of values over the whole turn (degrees), or over a motion in time (s)."""
+    return (reading.time, values) if reading.in_time else curve(reading.theta, values)
+
+
 def _over(reading: SpatialReading, values: Array, i: int, length: bool = True) -> tuple[Array, Array]:
     """Abscissa and ordinate of ``(T, S)`` of a member: its largest over the cycle, or at rest along it."""
     if reading.moves:
-        return curve(reading.theta, np.abs(values).max(axis=1))
+        return _history(reading, np.abs(values).max(axis=1))
     return reading.s * reading.units.number(reading.lengths[i], "length"), values[0]
 
 
@@ -69,8 +77,8 @@ def _by_member(reading: SpatialReading, values: Array, title: str, unit: str) ->
         for i in map(int, ranked):
             axes.plot(*_over(reading, values[:, i], i), label=reading.members[i])
         k, i, j = peak = reading.peak(values)
-        x = np.degrees(reading.theta[k]) % 360 if reading.moves else reading.s[j] * reading.lengths[i]
-        x = x if reading.moves else reading.units.number(x, "length")
+        x = reading.time[k] if reading.in_time else np.degrees(reading.theta[k]) % 360
+        x = x if reading.moves else reading.units.number(reading.s[j] * reading.lengths[i], "length")
         axes.plot(x, values[peak], marker="o", ms=9, mfc="none", mec="black", mew=1.6, linestyle="")
         axes.set_ylim(0, 1.12 * float(values[peak]) or 1.0)
         finish(axes, f"{title}, at most {short(values[peak])} {unit} in {reading.words(peak)}", f"{unit}")
@@ -96,7 +104,7 @@ def moment_figure(reading: SpatialReading) -> Figure:
             j = reading.peak(reading.stress, i)[2]
             for n, name in enumerate(MOMENTS):
                 if reading.moves:
-                    axes.plot(*curve(reading.theta, reading.moments[:, i, j, n]), label=name)
+                    axes.plot(*_history(reading, reading.moments[:, i, j, n]), label=name)
                 else:
                     axes.plot(*_over(reading, reading.moments[:, i, :, n], i), label=name)
             where = f", {reading.place(i, j)}" if reading.moves else ""
@@ -121,7 +129,7 @@ def force_figure(reading: SpatialReading) -> Figure:
     ranked = sorted(np.argsort(-reading.force.max(axis=0), kind="stable")[:MOST_JOINTS])
     with mpl.rc_context(STYLE):
         for n in ranked:
-            axes.plot(*curve(reading.theta, reading.force[:, n]), label=reading.joints[n])
+            axes.plot(*_history(reading, reading.force[:, n]), label=reading.joints[n])
         axes.set_ylim(0, None)
         finish(axes, "Joint forces", reading.units.label("force"))
     return figure
@@ -133,7 +141,7 @@ def drive_figure(reading: SpatialReading) -> Figure:
     with mpl.rc_context(STYLE):
         for n, axes in enumerate(rows):
             kind = reading.effort_kinds[n]
-            axes.plot(*curve(reading.theta, reading.efforts[:, n]))
+            axes.plot(*_history(reading, reading.efforts[:, n]))
             axes.axhline(0, color="#555555", linewidth=0.8, linestyle="-")
             what = "Drive force" if kind == "force" else "Drive torque"
             finish(axes, f"{what} at {reading.drives[n]}", reading.units.label(kind))
@@ -148,7 +156,7 @@ def frequency_figure(reading: SpatialReading) -> Figure:
     with mpl.rc_context(STYLE):
         frequency = reading.values("frequency", "mode")[:, :MOST_MODES]
         for n, values in enumerate(frequency.T, 1):
-            axes.plot(*curve(reading.theta, values), label=f"mode {n}")
+            axes.plot(*_history(reading, values), label=f"mode {n}")
         axes.set_ylim(0, 1.05 * float(frequency.max()))
         finish(axes, "Natural frequencies, held in place by the drives", "Hz")
     return figure

@@ -41,7 +41,8 @@ class SpatialReading:
     def __init__(self, result: SpatialResult, units: AnswerUnits | None = None) -> None:
         self.result, self.scene, self.data = result, result.scene, result.data
         self.theta = self.data["theta"].to_numpy()
-        self.moves = len(self.theta) > 1
+        self.time = self.data["time"].to_numpy()
+        self.moves, self.in_time = len(self.theta) > 1, self.scene.analysis.method == "transient"
         self.members = [str(name) for name in self.data["member"].to_numpy()] if "member" in self.data else []
         self.joints = [str(name) for name in self.data["joint"].to_numpy()] if "joint" in self.data else []
         self.s = self.data["s"].to_numpy() if self.members else np.zeros(0)
@@ -76,11 +77,17 @@ class SpatialReading:
     @property
     def driven(self) -> str:
         """How it is driven, in words."""
-        at_rest = self.scene.analysis.method == "static"
-        return "at rest as drawn" if at_rest else drive_of(self.scene, self.units)
+        if self.scene.analysis.method == "static":
+            return "at rest as drawn"
+        if not self.in_time:
+            return drive_of(self.scene, self.units)
+        seconds = f"motion of {short(float(self.time[-1]))} s"
+        return f"{drive_of(self.scene, self.units)}; {seconds}" if self.scene.drives else f"free {seconds}"
 
     def at(self, k: int) -> str:
-        """Drive angle of a position in words."""
+        """Drive angle of a position, or its time in a motion in time, in words."""
+        if self.in_time:
+            return f"{short(float(self.time[k]))} s"
         return in_degrees(float(self.theta[k])) if self.moves else "at rest"
 
     def place(self, i: int, j: int) -> str:
@@ -102,7 +109,7 @@ class SpatialReading:
         return f"{self.members[i]}, {self.place(i, j)}, {self.when(k)}"
 
     def when(self, k: int) -> str:
-        """Drive angle of a position in words, after others."""
+        """Drive angle or time of a position in words, after others."""
         return f"at {self.at(k)}" if self.moves else "at rest"
 
     @cached_property

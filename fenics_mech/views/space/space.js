@@ -101,7 +101,7 @@ function mechanism(place) {
   pen.clearRect(0, 0, frame.width, frame.height);
   pen.lineJoin = pen.lineCap = "round";
   floor(place);
-  if (MOVES) D.joints.forEach((_, n) => stroke(Array.from({ length: 121 }, (_, i) => pin(i * N / 120, n, 0)), inks.line, 1.2));
+  if (MOVES) D.joints.forEach((_, n) => stroke(Array.from({ length: 121 }, (_, i) => pin(i * (TURNS ? N : N - 1) / 120, n, 0)), inks.line, 1.2));
   D.members.forEach((_, m) => stroke([station(place, m, 0, 0), station(place, m, S - 1, 0)], inks.soft, 1, [4, 4]));
   D.ground.forEach(support);
   const parts = D.members.map((_, m) => ({ depth: dot3(station(place, m, S >> 1), eye.toward), draw: () => beam(place, m) }));

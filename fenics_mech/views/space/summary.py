@@ -15,6 +15,7 @@ from fenics_mech.errors import percent
 from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.judgements import SOURCES, verdict
+from fenics_mech.views.safety_words import ranges_in_words
 from fenics_mech.views.space.reading import ERRORS, SpatialReading
 from fenics_mech.views.words import sentence, short
 
@@ -112,8 +113,7 @@ def effort_words(reading: SpatialReading, n: int) -> tuple[str, float, str, str]
 def frequency_words(reading: SpatialReading, count: int | None = None) -> str:
     """Ranges of the natural frequencies over the cycle in words."""
     ranges = reading.frequency_ranges[:count]
-    texts = [a if (a := short(low)) == (b := short(high)) else f"{a}\N{EN DASH}{b}" for low, high in ranges]
-    return f"{', '.join(texts)} Hz, held in place" if texts else ""
+    return f"{ranges_in_words(ranges)} Hz, held in place" if ranges else ""
 
 
 def frequency_table(result: SpatialResult) -> Table:
@@ -170,6 +170,7 @@ def spatial_key_figures(result: SpatialResult) -> dict[str, Any]:
     size = reading.units.size
     level, said = verdict(reading.judged)
     degrees = np.degrees(np.mod(reading.theta, 2 * np.pi)).round(6)
+    when = [{"time": float(t)} for t in reading.time] if reading.in_time else [{"angle": float(d)} for d in degrees]
     found: dict[str, Any] = {
         "scene": reading.scene.name,
         "method": reading.scene.analysis.method,
@@ -191,12 +192,12 @@ def spatial_key_figures(result: SpatialResult) -> dict[str, Any]:
         found["members"][name] = {
             "von_mises": float(reading.stress[k, i, j]) * size("stress"),
             "s": float(reading.s[j]),
-            "angle": float(degrees[k]),
+            **when[k],
             "deflection": float(reading.bent[:, i].max()) * size("length"),
         }
     for n, name in enumerate(reading.joints):
         k = int(reading.force[:, n].argmax())
-        found["joints"][name] = {"force": float(reading.force[k, n]) * size("force"), "angle": float(degrees[k])}
+        found["joints"][name] = {"force": float(reading.force[k, n]) * size("force"), **when[k]}
     for n, name in enumerate(reading.drives):
         values, kind = reading.efforts[:, n] * size(reading.effort_kinds[n]), reading.effort_kinds[n]
         found["drives"][name] = {
