@@ -92,6 +92,7 @@ def _matrices(scene: Scene) -> LinkMatrices | None:
     if not scene.members():
         return None
     stated = Scene.model_construct(
+        ground=scene.ground.model_construct(points={}),
         links=scene.links,
         joints=scene.joints,  # pins that travel along members, which not all members can have
         masses=scene.masses,
