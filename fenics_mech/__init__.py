@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from fenics_mech.safety import Verdict, judge
     from fenics_mech.safety.load_cases import envelope
     from fenics_mech.scene import *
+    from fenics_mech.sections import from_sectionproperties
     from fenics_mech.studies.design.identify import Identified, identify
     from fenics_mech.studies.design.measured_values import Observation
     from fenics_mech.studies.design.methods import Search
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.follow import Branch, follow
     from fenics_mech.studies.gauge import Gauge
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
+    from fenics_mech.studies.spatial_sweep import sweep_in_space
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.synthesis.balancing import balance
     from fenics_mech.studies.synthesis.synthesise import Synthesised, four_bars, synthesise
@@ -204,6 +206,7 @@ __all__ = [
     "four_bars",
     "from_drawing",
     "from_pylinkage",
+    "from_sectionproperties",
     "identify",
     "in_case",
     "interactive",
@@ -236,6 +239,7 @@ __all__ = [
     "spread",
     "summary",
     "sweep",
+    "sweep_in_space",
     "synthesise",
     "write_outlines",
     "write_scene",
@@ -264,6 +268,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
     "four_bars": "studies.synthesis.synthesise",
+    "from_sectionproperties": "sections",
     "identify": "studies.design.identify",
     "judge": "safety",
     "interactive": "views.notebook",
@@ -289,6 +294,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "spread": "studies.design.spread",
     "summary": "views.summary",
     "sweep": "studies.sweep",
+    "sweep_in_space": "studies.spatial_sweep",
     "synthesise": "studies.synthesis.synthesise",
     "write_outlines": "views.outlines",
     "write_workbook": "views.workbook",

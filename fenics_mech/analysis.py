@@ -11,6 +11,7 @@ from fenics_mech.answers.by_poses import RefinedByPoses, by_poses
 from fenics_mech.answers.by_sub_intervals import by_sub_intervals
 from fenics_mech.answers.in_space import in_space
 from fenics_mech.answers.in_time_by_poses import in_time_by_poses
+from fenics_mech.answers.out_of_plane import across_the_plane
 from fenics_mech.answers.repeated_by_poses import repeated_by_poses
 from fenics_mech.answers.rigid_at_rest import rigid_at_rest
 from fenics_mech.answers.rigid_by_poses import rigid_by_poses
@@ -118,6 +119,8 @@ def analyse(
         result = fine_enough(scene, lambda finer: by_poses(finer, run, names))
     else:
         result = within(scene, RefinedByPoses())
+    if scene.analysis.out_of_plane:
+        result.data.update(across_the_plane(stated))
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
     result.data.attrs.update(answer_remarks(scene, result, said))
     return result

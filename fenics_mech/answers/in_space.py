@@ -13,6 +13,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
 from fenics_mech._version import __version__
+from fenics_mech.answers.spatial_in_time import in_time
 from fenics_mech.errors import SceneError, SolverError, UnstableError
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.spatial import MemberInSpace, SpatialMachine, held_as_drawn, spatial_machine
@@ -22,6 +23,7 @@ from fenics_mech.scene.in_space import SpatialScene
 from fenics_mech.sections.shapes import open_and_thin
 from fenics_mech.solve import (
     Cycle,
+    damp_modes,
     equilibria,
     frequencies,
     held_modes,
@@ -91,7 +93,7 @@ def in_space(scene: SpatialScene) -> SpatialResult:
     >>> result.data["stress"].dims
     ('theta', 'member', 's', 'corner')
     """
-    answer = _answered(scene)
+    answer = answer_in_space(scene)
     data = _dataset(answer)
     if scene.analysis.error_estimates:
         data = data.merge(_errors(answer, data))
@@ -100,13 +102,26 @@ def in_space(scene: SpatialScene) -> SpatialResult:
     return SpatialResult.with_scene(scene, described(data, scene))
 
 
-def _answered(scene: SpatialScene, finer: int = 1, stages: int = STAGES) -> InSpace:
-    """Solve for the answer, with so many elements for each one and so many stages of a step."""
+def answer_in_space(scene: SpatialScene, finer: int = 1, stages: int = STAGES) -> InSpace:
+    """Solve for the answer to a scene.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    finer
+        Elements for each one that it states.
+    stages
+        Of a step.
+    """
     made = spatial_machine(scene, finer)
     machine, method = made.machine, scene.analysis.method
     if machine.size == 0:
         raise SceneError("nothing in the scene moves or bends", place="links")
     cycle = None
+    if method == "transient":
+        motion = in_time(made, stricter=10.0 ** (STAGES - stages))
+        return _read_off(made, motion, None)
     if method == "static":
         t = np.zeros(1)
     else:
@@ -116,12 +131,19 @@ def _answered(scene: SpatialScene, finer: int = 1, stages: int = STAGES) -> InSp
         t = scene.period * np.arange(scene.analysis.positions) / scene.analysis.positions
         _count_turns_of_springs(made)
     if method == "periodic" and machine.n > machine.held:
+        if scene.damping.ratio and made.members:
+            damp_modes(machine, scene.period, scene.damping.ratio)
         cycle = periodic(machine, scene.period, _steps_of(scene), stages=stages, tolerance=TOLERANCE)
         motion = Motion(machine, t, *cycle.path.when(t))
     else:  # at rest, or a machine without degrees of freedom beside the drives
         q, a = _balanced(made, t, method)
         motion = Motion(machine, t, q, 0 * q, a, moving=method != "static")
-    shares = np.linspace(0, 1, scene.analysis.stations)
+    return _read_off(made, motion, cycle)
+
+
+def _read_off(made: SpatialMachine, motion: Motion, cycle: Cycle | None) -> InSpace:
+    """Give the forces of a motion, and where its members are without bending."""
+    shares = np.linspace(0, 1, made.scene.analysis.stations)
     sections = of_members(made, motion, shares)
     rigid = {own.label: _drawn_stations(made, motion, own, shares) for own in made.members}
     return InSpace(made, motion, cycle, sections, rigid, of_joints(made, motion))
@@ -195,8 +217,8 @@ def _count_turns_of_springs(made: SpatialMachine) -> None:
 
 
 def _drawn_stations(made: SpatialMachine, motion: Motion, own: MemberInSpace, shares: Array) -> Array:
-    """Give places of the stations of a member that does not bend."""
-    machine = made.machine
+    """Give places of the stations of a member that does not bend: in time, on the line between its ends."""
+    machine = motion.machine
     pairs = [machine.beams.pairs[k] for k in own.elements]
     chart = machine.known.at(motion.t)
     ends = [
@@ -284,7 +306,7 @@ def _dataset(answer: InSpace) -> xr.Dataset:
         idle = made.machine.n + np.array(list(made.idle), dtype=int)
         labels["held_link"] = list(made.idle.values())
         variables["holding_moment"] = (("theta", "held_link"), -motion.a[:, idle])
-    if scene.analysis.modes and made.members:
+    if scene.analysis.modes and made.members and scene.analysis.method != "transient":
         variables["frequency"] = (("theta", "mode"), _frequencies(answer))
         labels["mode"] = np.arange(1, 1 + variables["frequency"][1].shape[1])
     return xr.Dataset(variables, labels)
@@ -320,9 +342,9 @@ QUANTITIES = {"strain": "strain", "deflection": "deflection", "joint_force": "jo
 def _errors(answer: InSpace, data: xr.Dataset) -> xr.Dataset:
     """Estimate errors by an answer with another stage, and one with halved elements, which have order 2."""
     scene = answer.made.scene
-    better = {"mesh": (_answered(scene, finer=2), 4 / 3)} if answer.made.members else {}
-    if answer.cycle is not None:
-        better["time"] = _answered(scene, stages=STAGES + 1), 1.0
+    better = {"mesh": (answer_in_space(scene, finer=2), 4 / 3)} if answer.made.members else {}
+    if answer.cycle is not None or scene.analysis.method == "transient":
+        better["time"] = answer_in_space(scene, stages=STAGES + 1), 1.0
     sources, found = list(better), {}
     others = {source: (_dataset_plain(other), lack) for source, (other, lack) in better.items()}
     for what, name in QUANTITIES.items():

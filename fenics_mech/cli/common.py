@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene
     from fenics_mech.scene.answer_units import AnswerUnits
+    from fenics_mech.scene.in_space import SpatialScene
 
 LEFT_OUT = "the scene is taken without its load cases. Write {}@{}.toml for one of them"
 SceneFile = Annotated[
@@ -120,6 +121,13 @@ def scene_of_file(path: Path) -> Scene:
 
     file, case = case_in(path)
     return in_case(load_planar(file), case) if case else load_planar(file)
+
+
+def scene_in_space(path: Path) -> SpatialScene | None:
+    """Load a scene in space; None where the file is of the plane, or names a load case."""
+    from fenics_mech.scene.files import load_in_space  # noqa: PLC0415
+
+    return load_in_space(path) if path.exists() and path.suffix == ".toml" else None
 
 
 def loaded_scene(path: Path, strict: bool, cases: bool = False) -> Scene:

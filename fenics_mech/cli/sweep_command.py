@@ -5,13 +5,25 @@ from __future__ import annotations
 import math
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import loading, one_voice, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, refined_scene, unit_names
+from fenics_mech._console import loading, make_folder, one_voice, out, progress_bar, tell_written
+from fenics_mech.cli.common import (
+    OutFolder,
+    Refine,
+    SceneFile,
+    Strict,
+    Units,
+    refined_scene,
+    scene_in_space,
+    unit_names,
+)
 from fenics_mech.errors import MechanismError
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.in_space import SpatialScene
 
 
 class Where(StrEnum):
@@ -71,6 +83,9 @@ def sweep(
         from fenics_mech.views.sweep_plots import check_member, plot_sweep  # noqa: PLC0415
         from fenics_mech.views.sweep_summary import sweep_summary  # noqa: PLC0415
 
+    if (in_space := scene_in_space(scene)) is not None:
+        _in_space(in_space, over, folder, jobs)
+        return
     first, named = one_voice(), None if units is None else unit_names(units)
     loaded = refined_scene(scene, refine, strict, cases=True)
     axes, gauge = parse_axes(loaded, over), Gauge(s, fibre, harmonics)
@@ -96,3 +111,24 @@ def sweep(
             raise MechanismError("every point of the sweep failed; the lines above and sweep.nc say why")
         if strict and (warned := int((found.data["warnings"] != "").sum())):
             raise MechanismError(f"{warned} points warn, and warnings are errors with --strict: sweep.nc holds them")
+
+
+def _in_space(scene: SpatialScene, over: list[str], folder: Path, jobs: int) -> None:
+    """Sweep a scene in space: write sweep.nc, and a plot where one number varies."""
+    with loading():
+        from fenics_mech._files import write_whole  # noqa: PLC0415
+        from fenics_mech.studies.spatial_sweep import parsed_axis, sweep_in_space  # noqa: PLC0415
+        from fenics_mech.views.space.sweep import plot_sweep_in_space, told_sweep  # noqa: PLC0415
+
+    values = dict(parsed_axis(scene, text) for text in over)
+    make_folder(folder)
+    with progress_bar(math.prod(map(len, values.values()))) as step:
+        found = sweep_in_space(
+            scene, values, jobs=jobs, progress=lambda done, points: step(f"point {done} of {points}")
+        )
+    write_whole(folder / "sweep.nc", lambda temporary: found.to_netcdf(temporary, engine="h5netcdf"))
+    plots = plot_sweep_in_space(found, folder)
+    out.print(told_sweep(found))
+    tell_written([Path("sweep.nc"), *plots], folder)
+    if (found["error"] != "").all():
+        raise MechanismError("every point of the sweep failed; the lines above and sweep.nc say why")

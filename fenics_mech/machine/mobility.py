@@ -61,16 +61,16 @@ def mobility(machine: Machine, t: float = 0.0) -> Mobility:
     undriven = np.ones(machine.size - n, dtype=bool)
     undriven[: len(machine.rows)] = [not row.leads for row in machine.rows]
 
-    drawn = _left(_conditions(machine, t, q, undriven)[0] * units)
+    drawn = _left(conditions(machine, t, q, undriven)[0] * units)
     if len(drawn):
         way = drawn.sum(axis=0)
         q[:n] = STEP * units * way / np.abs(way).max()
         for _ in range(CORRECTIONS):
-            J, gaps = _conditions(machine, t, q, undriven)
+            J, gaps = conditions(machine, t, q, undriven)
             q[:n] -= units * np.linalg.lstsq(J * units, gaps, rcond=NOUGHT)[0]
-    moved = _left(_conditions(machine, t, q, undriven)[0] * units)
-    idle = _left(_conditions(machine, t, q, undriven | True)[0] * units) * units
-    dependent = _left((_conditions(machine, t, q, undriven | True, members=False)[0] * units).T)
+    moved = _left(conditions(machine, t, q, undriven)[0] * units)
+    idle = _left(conditions(machine, t, q, undriven | True)[0] * units) * units
+    dependent = _left((conditions(machine, t, q, undriven | True, members=False)[0] * units).T)
     redundant = np.nonzero(np.abs(dependent).max(axis=0, initial=0.0) > NOUGHT)[0].tolist()
     return Mobility(
         min(len(drawn), len(moved)), q, np.pad(idle, ((0, 0), (0, machine.size - n))), redundant, len(dependent)
@@ -124,7 +124,7 @@ def hold_idle(machine: Machine, found: Mobility) -> list[int]:
     return list(range(first, len(machine.rows)))
 
 
-def _conditions(machine: Machine, t: float, q: Array, kept: np.ndarray, *, members: bool = True) -> tuple[Array, Array]:
+def conditions(machine: Machine, t: float, q: Array, kept: np.ndarray, *, members: bool = True) -> tuple[Array, Array]:
     """Give derivatives by coordinates of the kept rows, and of all strains of members; and what each misses."""
     n, size = machine.n, machine.size
     zero = np.zeros((1, size))

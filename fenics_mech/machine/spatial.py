@@ -14,6 +14,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.geometry import SPACE, End
 from fenics_mech.joints import Row, kind_of
 from fenics_mech.joints.kinds import turn
+from fenics_mech.machine.groups import Drag
 from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.mobility import hold_idle, loosen, mobility
 from fenics_mech.scene.in_space import PointDamper, SpatialForce, SpatialMember, SpatialScene, SpatialTorque
@@ -21,7 +22,7 @@ from fenics_mech.scene.springs_dampers import HingeDamper, LineDamper, LineSprin
 from fenics_mech.sections import SectionNumbers, numbers_of
 from fenics_mech.terms import Damper, DeadLoad, Effort, Element, Look, Measure, Spring
 
-STROKE_AXIS = {"slider": 0, "cylinder": 2}  # along which axis of its ends a joint slides
+STROKE_AXIS = {"slider": 0, "slot": 0, "cylinder": 2}  # along which axis of its ends a joint slides
 
 
 @dataclass
@@ -108,6 +109,7 @@ def spatial_machine(scene: SpatialScene, finer: int = 1) -> SpatialMachine:
         When something can move that nothing drives, and it is no turn of a link about its own line.
     """
     machine = Machine(SPACE, scene.gravity)
+    machine.drag = Drag(scene.damping.external, scene.damping.relative)
     made, nodes = SpatialMachine(scene, machine), _Nodes(scene, machine, finer)
     pairs: list[tuple[End, End]] = []
     elements: list[Element] = []
@@ -228,7 +230,7 @@ def _add_joints(made: SpatialMachine, nodes: _Nodes) -> None:
         one, other = map(nodes.end, joint.connect)
         first = np.array(joint.axis or (0.0, 0.0, 1.0))
         # a slider lies along the first of its axes, and the axis of the others is the last
-        axes = SPACE.axes(first) if joint.kind == "slider" else SPACE.axes(first)[:, [1, 2, 0]]
+        axes = SPACE.axes(first) if joint.kind in ("slider", "slot") else SPACE.axes(first)[:, [1, 2, 0]]
         both = axes, axes
         if joint.axes is not None:
             both = tuple(SPACE.axes(np.array(way))[:, [1, 2, 0]] for way in joint.axes)  # type: ignore[assignment]
@@ -248,7 +250,7 @@ def _add_drives(made: SpatialMachine) -> None:
     scene = made.scene
     for drive in scene.drives:
         kind = scene.joints[drive.joint].kind
-        by_stroke = kind == "slider" or (kind == "cylinder" and drive.speed is None)
+        by_stroke = kind in ("slider", "slot") or (kind == "cylinder" and drive.speed is None)
         ends = made.joints[drive.joint]
         start = float(drive.jet(np.zeros(1), scene.cycle_rate).value[0]) if drive.law is not None else 0.0
         drawn = 0.0
@@ -267,7 +269,7 @@ def _judge_mobility(made: SpatialMachine, nodes: _Nodes) -> None:
     scene, machine = made.scene, made.machine
     found = mobility(machine)
     made.freedoms = found.freedoms
-    if len(found.idle):
+    if len(found.idle) and scene.analysis.method != "transient":  # in which what is free moves
         places = np.append(found.idle, np.zeros((len(found.idle), 1)), axis=1)[:, machine.places]
         moved = places[..., :3].reshape(len(found.idle), -1) / machine.extent
         ways, sizes, _ = np.linalg.svd(moved, full_matrices=True)

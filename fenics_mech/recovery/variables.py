@@ -119,6 +119,9 @@ ATTRIBUTES = {
     "spring_force": ("N", "tension of each spring; of one at a joint the moment with which it turns its bodies back"),
     "damper_force": ("N", "tension of each damper; of one at a joint the moment with which it turns its bodies back"),
     "frequency": ("Hz", "natural frequency"),
+    "frequency_across": ("Hz", "natural frequency across the plane, held at each position"),
+    "multiplier_across": ("1", "Floquet multiplier of a motion across the plane, largest magnitude first"),
+    "position_angle": ("rad", "drive angle at which frequencies across the plane are"),
     "frequency_error": (
         "1",
         "relative error of the frequency by the mesh, but for pins that travel; "

@@ -44,6 +44,9 @@ class Analysis(Part):
         "contacts" also estimates the error of time steps where contacts open, from a motion with half their tolerance.
     critical_speeds
         Find the critical speeds of a machine that its drives lead: which harmonic of the drive meets which mode.
+    out_of_plane
+        Let the links also bend across the plane and twist: the result has frequencies and multipliers of these motions,
+        and a machine that buckles across its plane is refused. Sections are stated by their shapes then.
     allow_unstable
         Accept a periodic motion or an equilibrium of freedoms that is unstable: small disturbances grow.
     start
@@ -110,6 +113,7 @@ class Analysis(Part):
     stability: bool = True
     error_estimates: bool | Literal["contacts"] = True
     critical_speeds: bool = True
+    out_of_plane: bool = False
     allow_unstable: bool = False
     start: str = "rigid"
     start_time: Annotated[Time, Field(ge=0)] | None = None

@@ -60,11 +60,20 @@ def load(path: str | Path) -> Scene | SpatialScene:
     >>> fm.load("demos/four_bar.toml").name
     'seed four-bar'
     """
+    found = load_in_space(path)
+    return load_planar(path) if found is None else found
+
+
+def load_in_space(path: str | Path) -> SpatialScene | None:
+    """Read a scene file in space; None where it is of the plane. What it takes and raises is as of `load`.
+
+    Parameters
+    ----------
+    path
+        A TOML file.
+    """
     path = Path(path)
-    text = text_of(path)
-    if (scene := _spatial(text, path.name)) is not None:
-        return scene
-    return load_planar(path)
+    return _spatial(text_of(path), path.name)
 
 
 def load_planar(path: str | Path) -> Scene:

@@ -15,6 +15,7 @@ from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import OverCycle
 from fenics_mech.scene.base import SCENE, Name, Part, PointName, check_known, check_texts
 from fenics_mech.scene.bodies import MESH, Material
+from fenics_mech.scene.damping_options import Ratios
 from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.paths import place_in
 from fenics_mech.scene.sections.plain import ISection, Positive, RectangleSection, RoundSection, TubeSection
@@ -22,11 +23,13 @@ from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamp
 from fenics_mech.scene.units import (
     Acceleration,
     Angle,
+    AngularSpeed,
     Area,
     Force,
     Inertia,
     Length,
     Mass,
+    Rate,
     SecondMoment,
     SectionModulus,
     Time,
@@ -42,9 +45,9 @@ GAP = 1e-6  # of the machine's size, by which points of a joint may miss each ot
 PARALLEL = 1e-6  # sine of the angle between two directions that are to differ
 NEAR = 1e-4  # of a member's length between places along it: 1e-5 loses its bending to rounding
 MEETING = ("revolute", "ball", "universal", "weld")  # kinds whose two points are one
-WITH_AXIS = ("revolute", "cylinder", "slider", "plane")
+WITH_AXIS = ("revolute", "cylinder", "slider", "slot", "plane")
 TURNING = ("revolute", "cylinder", "plane")  # kinds with an angle, which a drive, a spring or a damper may take
-SLIDING = ("cylinder", "slider")  # kinds with a stroke
+SLIDING = ("cylinder", "slider", "slot")  # kinds with a stroke
 
 
 class SpatialCustomSection(Part):
@@ -270,7 +273,8 @@ class SpatialJoint(Part):
         A point of each, "link.point" or "ground.point".
     kind
         "revolute" turns about its axis, "ball" in all directions, "universal" about two axes; "cylinder" turns about
-        and slides along its axis, "slider" slides along it, "plane" slides across it and turns; "weld" holds.
+        and slides along its axis, "slider" slides along it, "slot" guides a ball along it, "plane" slides across it
+        and turns; "weld" holds.
     axis
         Direction of the axis in the drawn position; of a plane its normal.
     axes
@@ -285,7 +289,7 @@ class SpatialJoint(Part):
     """
 
     connect: tuple[PointName, PointName]
-    kind: Literal["revolute", "ball", "universal", "cylinder", "slider", "plane", "weld"] = "revolute"
+    kind: Literal["revolute", "ball", "universal", "cylinder", "slider", "slot", "plane", "weld"] = "revolute"
     axis: Way | None = None
     axes: tuple[Way, Way] | None = None
     misaligned: Misalignment | None = None
@@ -432,12 +436,18 @@ Drives = Annotated[
 
 
 class SpatialDamping(Part):
-    """Damping of the elastic motion in space.
+    """Damping of the elastic motion in space; what is stated adds up.
 
     Parameters
     ----------
+    ratio
+        Damping ratio of all modes, or one per mode (the last holds for the rest), of a periodic motion.
     material
         Retardation time of the material (s): its stress is the modulus times the strain plus this times its rate.
+    external
+        Drag of the surroundings on the velocity, in proportion to the mass (1/s).
+    relative
+        The same on the velocity relative to the rigid motion (1/s).
 
     Examples
     --------
@@ -445,7 +455,10 @@ class SpatialDamping(Part):
     0.0005
     """
 
+    ratio: Ratios = 0.0
     material: Annotated[Time, Field(ge=0)] = 0.0
+    external: Annotated[Rate, Field(ge=0)] = 0.0
+    relative: Annotated[Rate, Field(ge=0)] = 0.0
 
 
 class SpatialMesh(Part):
@@ -472,9 +485,17 @@ class SpatialAnalysis(Part):
     ----------
     method
         "periodic" finds the motion that repeats every cycle, "quasi-static" the equilibrium at each position with the
-        inertia of the rigid motion, "static" the one at the drawn position, at rest.
+        inertia of the rigid motion, "static" the one at the drawn position, at rest. "transient" follows the motion in
+        time from the drawn position, with the velocities of rigid links.
     positions
-        Positions of the cycle at which results are given, and steps in which it is solved.
+        Positions of the cycle at which results are given, and steps in which it is solved; or even instants.
+    duration
+        Of a motion in time (s).
+    start_speeds
+        Of a motion in time: angular speeds of joints at its start, by name (rad/s). What neither a drive nor these lead
+        starts as slowly as it can.
+    time_tolerance
+        Of a motion in time: largest error of a coordinate in a step, over the size of the machine.
     stations
         Places along each member at which results are given.
     modes
@@ -492,13 +513,24 @@ class SpatialAnalysis(Part):
     'periodic'
     """
 
-    method: Literal["periodic", "quasi-static", "static"] = "periodic"
+    method: Literal["periodic", "quasi-static", "static", "transient"] = "periodic"
     positions: Annotated[int, Field(ge=8, le=100_000)] = 60
+    duration: Annotated[Time, Field(gt=0)] | None = None
+    start_speeds: dict[Name, AngularSpeed] = Field(default_factory=dict)
+    time_tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-6
     stations: Annotated[int, Field(ge=2, le=SCENE.most_stations)] = 11
     modes: Annotated[int, Field(ge=0, le=200)] = 6
     multipliers: Annotated[int, Field(ge=0, le=50)] = 4
     error_estimates: bool = True
     allow_unstable: bool = False
+
+    @model_validator(mode="after")
+    def _is_timed(self) -> Self:
+        if (self.method == "transient") != (self.duration is not None):
+            raise ValueError('a motion in time needs its duration: method = "transient" and `duration` stand together')
+        if self.start_speeds and self.method != "transient":
+            raise ValueError('`start_speeds` are of a motion in time: write method = "transient"')
+        return self
 
 
 class SpatialScene(Part):
@@ -781,7 +813,19 @@ def _check_acting(scene: SpatialScene) -> None:
         if drive.joint in driven:
             raise SceneError(f"joint {drive.joint!r} is driven twice", place=f"{place}.joint")
         driven.add(drive.joint)
-    if scene.analysis.method != "static" and not scene.drives:
+    for joint in scene.analysis.start_speeds:
+        place = f"analysis.start_speeds.{joint}"
+        check_known(joint, scene.joints, "joint", place)
+        _check_freedom(scene, joint, TURNING, place)
+        if joint in driven:
+            raise SceneError(f"joint {joint!r} is driven, which gives its speed", place=place)
+    if scene.damping.ratio and scene.analysis.method == "transient":
+        raise SceneError(
+            "damping ratios are those of modes about a cycle, which a motion in time in space does not have",
+            place="damping.ratio",
+            hint="State damping.material or damping.external",
+        )
+    if scene.analysis.method not in ("static", "transient") and not scene.drives:
         raise SceneError(
             f"a {scene.analysis.method} answer needs a drive, and the scene has none: there is no cycle",
             place="analysis.method",

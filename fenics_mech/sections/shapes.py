@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.errors import SceneError
+from fenics_mech.scene.in_space import SpatialCustomSection
 from fenics_mech.scene.sections.plain import ISection, RectangleSection, RoundSection, TubeSection
 from fenics_mech.sections.torsion import polygon_numbers
 
@@ -142,3 +144,42 @@ def open_and_thin(section: SpatialSection) -> bool:
     if isinstance(section, ISection):
         return True
     return section.shape == "custom" and section.torsion < OPEN * sum(section.inertia)
+
+
+def from_sectionproperties(analysed: Any) -> SpatialCustomSection:
+    """Take the numbers of a section that the package sectionproperties has analysed; its y is along `up`.
+
+    Parameters
+    ----------
+    analysed
+        A `sectionproperties.analysis.Section` of one material, with geometric and warping properties, in m.
+
+    Raises
+    ------
+    SceneError
+        When its axes are no principal ones: turn it first.
+
+    Examples
+    --------
+    >>> from sectionproperties.analysis import Section
+    >>> from sectionproperties.pre.library import rectangular_section
+    >>> made = Section(rectangular_section(d=0.02, b=0.01).create_mesh([2e-7]))
+    >>> made.calculate_geometric_properties()
+    >>> made.calculate_warping_properties()
+    >>> round(1e9 * fm.from_sectionproperties(made).torsion, 1)
+    4.6
+    """
+    (along, across, both), centre = analysed.get_ic(), analysed.get_c()
+    if abs(both) > 1e-6 * (along + across):
+        raise SceneError(
+            f"the axes of the section are no principal ones, its product of inertia is {both:.4g} m^4",
+            place="sections",
+            hint="Turn the geometry by get_phi() first",
+        )
+    points = np.asarray(analysed.mesh["vertices"]) - centre
+    return SpatialCustomSection(
+        area=analysed.get_area(),
+        inertia=(along, across),
+        torsion=analysed.get_j(),
+        fibre=(float(np.abs(points[:, 1]).max()), float(np.abs(points[:, 0]).max())),
+    )
