@@ -302,8 +302,14 @@ class LinearCycle(Solved):
     def of(cls, scene: Scene, run: Run | None = None) -> LinearCycle:
         """Build the machine of a scene, and find its periodic motion in the linear theory of its effects."""
         # It is the only one, so that motions before it tell nothing of it.
-        found = cls._by(scene, built(scene), scene.analysis.stages)
-        _refuse_lost_cycle(found.made, found.cycle)
+        made = built(scene)
+        try:
+            found = cls._by(scene, made, scene.analysis.stages)
+            _refuse_lost_cycle(made, found.cycle)
+        except np.linalg.LinAlgError as error:
+            if stiff := _as_good_as_rigid(made):
+                raise SolverError(f"a matrix of the cycle cannot be solved with ({error}). {stiff}") from error
+            raise
         return found
 
     @classmethod

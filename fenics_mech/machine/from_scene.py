@@ -21,7 +21,7 @@ from fenics_mech.joints import Ride, Riding
 from fenics_mech.machine.acting_from_scene import add_acting
 from fenics_mech.machine.drawn_from_scene import Bodies, Law, bodies_of, clock_of, law_of
 from fenics_mech.machine.machine import Machine
-from fenics_mech.scene import Friction, Scene
+from fenics_mech.scene import Friction, Ground, Scene
 from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.joints import Prismatic, Revolute, Weld, members_under_pins
 from fenics_mech.scene.numbering import order_of
@@ -92,6 +92,7 @@ def _matrices(scene: Scene) -> LinkMatrices | None:
     if not scene.members():
         return None
     stated = Scene.model_construct(
+        ground=Ground.model_construct(points={}),
         links=scene.links,
         joints=scene.joints,  # pins that travel along members, which not all members can have
         masses=scene.masses,

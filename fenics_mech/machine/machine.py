@@ -282,7 +282,7 @@ class Machine:
         g = self.geometry
         place, turn = self.places[:, : g.d], self.places[:, g.d :]
         free = turn[:, 0] >= 0
-        Q, V, A = (np.append(x, 0.0)[turn] for x in (q, v, a))
+        Q, V, A = np.pad([q, v, a], ((0, 0), (0, 1)))[:, turn]
         chart = self.known
         if not isinstance(chart, Rest):
             raise ValueError("the chart of the machine moves, and one at rest is to move along: set chart = None first")

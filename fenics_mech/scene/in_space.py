@@ -260,7 +260,7 @@ class Misalignment(Part):
     """
 
     about: Way
-    by: Angle
+    by: Annotated[Angle, Field(gt=-math.pi / 2, lt=math.pi / 2)]
 
 
 class SpatialJoint(Part):

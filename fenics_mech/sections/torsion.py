@@ -17,6 +17,8 @@ from fenics_mech._petsc import DIRECT, PETSc, configured, to_petsc
 from fenics_mech.errors import SceneError
 
 ACROSS = 12  # elements of the second degree across the shorter side of the box: a square's J is 4e-5 off
+MOST = 20_000  # squares of elements in a long section
+FLAT = 1e-12  # of the lesser extent squared: an area between corners that counts as none
 Corners = tuple[tuple[float, float], ...]
 
 
@@ -59,9 +61,12 @@ def polygon_numbers(outline: Corners, holes: tuple[Corners, ...] = ()) -> Polygo
     """
     corners = np.array(outline, dtype=float)
     size = float(np.ptp(corners, axis=0).min())
-    if not size > 0:
+    edges = corners[:, 0] * np.roll(corners[:, 1], -1) - corners[:, 1] * np.roll(corners[:, 0], -1)
+    if not abs(float(np.sum(edges))) / 2 > FLAT * size**2:
         raise SceneError("the corners of the section enclose no area", place="sections")
-    mesh = _mesh_of(corners / size, [np.array(hole, dtype=float) / size for hole in holes])
+    loops = [corners / size, *(np.array(hole, dtype=float) / size for hole in holes)]
+    _check_loops(loops)
+    mesh = _mesh_of(loops[0], loops[1:])
     space = _fenicsx.lagrange(mesh, 2)
     one = _fenicsx.constant(mesh, 1.0)
     place, dx = ufl.SpatialCoordinate(mesh), ufl.dx
@@ -98,12 +103,49 @@ def polygon_numbers(outline: Corners, holes: tuple[Corners, ...] = ()) -> Polygo
     )
 
 
+def _check_loops(loops: list[Array]) -> None:
+    """Raise `SceneError` where corners make no polygon with holes, at which gmsh may go on for ever."""
+    hint = "Name each corner once; sides must not meet, and holes lie inside"
+    first, last = (np.concatenate([np.roll(loop, k, axis=0) for loop in loops]) for k in (0, -1))
+    after = np.concatenate([np.roll(np.arange(len(x)), -1) + sum(map(len, loops[:k])) for k, x in enumerate(loops)])
+
+    def side(a: Array, b: Array, c: Array) -> Array:
+        """Twice the area between places, positive where the third lies on the left of the way between both others."""
+        return (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+
+    a, b = first[:, None], last[:, None]
+    of_first, of_last = side(a, b, first[None]), side(a, b, last[None])  # of every side's corners to every side
+    apart = np.minimum(of_first, of_last) > 0
+    apart |= np.maximum(of_first, of_last) < 0
+    low, high = np.minimum(first, last), np.maximum(first, last)
+    boxes = ((low[:, None] > high[None]) | (high[:, None] < low[None])).any(axis=-1)
+    meet = ~(apart | apart.T | boxes)
+    count = np.arange(len(first))
+    meet[count, count] = meet[count, after] = meet[after, count] = False
+    folded = np.abs(side(first, last, last[after])) <= FLAT  # the next side lies along this one, perhaps back on it
+    back = np.sum((last - first) * (last[after] - last), axis=-1) <= 0
+    if meet.any() or (folded & back).any():
+        raise SceneError("sides of the section meet or cross", place="sections", hint=hint)
+    for hole in loops[1:]:
+        x, y = hole[0]
+        one, other = loops[0], np.roll(loops[0], -1, axis=0)
+        over = (one[:, 1] > y) != (other[:, 1] > y)
+        way = np.where(over, other[:, 1] - one[:, 1], 1.0)
+        cut = one[:, 0] + (y - one[:, 1]) / way * (other[:, 0] - one[:, 0])
+        if not np.sum(over & (cut > x)) % 2:  # sides that a ray from the hole crosses
+            raise SceneError("a hole of the section lies outside of it", place="sections", hint=hint)
+
+
 def _mesh_of(outline: Array, holes: list[Array]) -> object:
     """Mesh a polygon with holes by triangles; its lesser extent is 1."""
     with _gmsh.model() as model:
         geo, loops = model.geo, []
+        area = abs(
+            float(np.sum(outline[:, 0] * np.roll(outline[:, 1], -1) - outline[:, 1] * np.roll(outline[:, 0], -1)))
+        )
+        longest = max(1 / ACROSS, (area / 2 / MOST) ** 0.5)
         for corners in (outline, *holes):
-            points = [geo.addPoint(*corner, 0.0, 1 / ACROSS) for corner in corners]
+            points = [geo.addPoint(*corner, 0.0, longest) for corner in corners]
             lines = [geo.addLine(points[k - 1], points[k]) for k in range(len(points))]
             loops.append(geo.addCurveLoop(lines))
         surface = geo.addPlaneSurface(loops)

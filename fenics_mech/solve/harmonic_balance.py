@@ -179,7 +179,8 @@ class _Differences:
             self.factors = splu((matrix @ sp.diags(self.columns)).tocsc())
         except RuntimeError as error:
             raise SolverError(
-                "the harmonics cannot be balanced: the equations are singular. `mobility` of the machine tells why"
+                "the harmonics cannot be balanced: the equations are singular. Look for a link that its joints do not "
+                "hold"
             ) from error
 
     def solve(self, right: Array) -> Array:

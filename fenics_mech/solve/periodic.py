@@ -110,7 +110,7 @@ class LinearSteps:
         self.path, self.n, self.h, self.period = path, machine.n, path.h, path.period
         self.unit, self.ends = path.period / len(path.starts), path.starts + path.h
         self.blows = blows_of(machine, path)
-        M, self.C, self.K = (x.reshape(*path.a.shape[:2], -1) for x in (found.M, found.C, found.K))
+        M, self.C, self.K = np.stack([found.M, found.C, found.K]).reshape(3, *path.a.shape[:2], -1)
         march = CompiledSteps(order_of(self.pattern, self.n), self.n, self.tableau, self.h, M, self.C, self.K)
         self.march = march if march.holds else None
         if self.march is None:

@@ -98,5 +98,5 @@ def _refuse_gaps(machine: Machine, a: Array, degrees: float) -> None:
         name = machine.rows[int(np.argmax(np.abs(gaps)))].name
         raise SolverError(
             f"rigid position at {degrees:.4g} degrees: joint {name!r} has a gap of {np.abs(gaps).max():.2g} m. "
-            "Joints or drives contradict each other: see mobility()"
+            "Joints or drives contradict each other, or a length is wrong"
         )

@@ -14,7 +14,7 @@ from fenics_mech.machine import Pattern
 
 SINGULAR = (
     "{}: the equations are singular: something is free to move, or joints depend on each other. "
-    "`mobility` of the machine tells which"
+    "Look for a link that its joints do not hold, or one that is held twice"
 )
 
 

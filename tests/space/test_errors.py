@@ -50,6 +50,7 @@ RSSR = fm.load(DEMOS / "space" / "rssr.toml")
         ({"drive.joint": "B"}, "drive.joint", "no such freedom"),
         ({"drive": ()}, "analysis.method", "no cycle"),
         ({"joints.B.misaligned": {"about": (1, 0, 0), "by": 0.1}}, "joints.B", "no axis that could lean"),
+        ({"joints.O.misaligned": {"about": (1, 0, 0), "by": "100 deg"}}, "joints.O.misaligned", "1.57"),
         ({"springs": {"s": {"between": ("crank.A", "coupler.A"), "stiffness": 1.0}}}, "springs.s", "at one place"),
         ({"dampers": {"d": {"between": ("ground.O", "crank.O"), "damping": 1.0}}}, "dampers.d", "at one place"),
         ({"masses": {"m": {"at": "couple@0.5", "mass": 1.0}}}, "masses.m.at", "coupler"),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
+from fenics_mech.errors import SceneError
 from fenics_mech.sections import numbers_of
 
 
@@ -126,3 +127,38 @@ def test_an_angle_has_the_principal_axes_of_its_two_rectangles():
     assert np.linalg.norm(meeting) > 3 * wall
     # the principal axes see no product of inertia of the outline's corners: the heel is the farthest from one axis
     assert found.corners.shape == (6, 2)
+
+
+SQUARE = ((0, 0), (1, 0), (1, 1), (0, 1))
+
+
+@pytest.mark.parametrize(
+    ("outline", "holes", "what"),
+    [
+        (((0, 0), (1, 0), (2, 0)), (), "no area"),
+        (((0, 0), (1, 1), (2, 2)), (), "no area"),
+        (((0, 0), (1, 1), (1, 0), (0, 2)), (), "meet or cross"),
+        (((0, 0), (1, 0), (1, 0), (1, 1), (0, 1)), (), "meet or cross"),
+        (((0, 0), (1, 0), (2, 0), (1, 0), (1, 1), (0, 1)), (), "meet or cross"),
+        (SQUARE, (SQUARE,), "meet or cross"),
+        (SQUARE, (((0.5, 0.5), (1.5, 0.5), (0.5, 0.7)),), "meet or cross"),
+        (SQUARE, (((2, 0.2), (3, 0.2), (3, 0.4)),), "outside"),
+        (SQUARE, (((-2, 0.2), (-3, 0.2), (-3, 0.4)),), "outside"),
+    ],
+)
+def test_corners_that_make_no_polygon_are_told(outline, holes, what):
+    """The mesh generator goes on for ever at some, or meshes what is meant by nobody."""
+    with pytest.raises(SceneError, match=what):
+        polygon(outline, holes)
+
+
+def test_corners_may_lie_on_a_side_and_go_round_either_way():
+    exact = polygon(SQUARE)
+    for outline in (SQUARE[::-1], ((0, 0), (0.3, 0), (1, 0), (1, 1), (0, 1))):
+        assert polygon(outline).torsion == pytest.approx(exact.torsion, rel=1e-4)
+
+
+def test_a_very_thin_strip_has_its_closed_form():
+    """J = b t^3 (1/3 - 0.21 t/b), of a thousand thicknesses; the mesh has few elements across it."""
+    found = polygon(rectangle(1e-2, 1e-5))
+    assert found.torsion == pytest.approx(1e-2 * 1e-15 * (1 / 3 - 0.21e-3), rel=1e-4)
