@@ -71,3 +71,13 @@ def test_frequencies_across_the_plane_are_those_of_a_clamped_strip():
 def test_a_section_of_unknown_width_is_refused():
     with pytest.raises(fm.SceneError, match="no known width across the plane"):
         fm.analyse(fm.load(DEMOS / "four_bar.toml").changed({"analysis.out_of_plane": True}))
+
+
+def test_the_summary_tells_frequencies_across_the_plane_beside_the_others():
+    result = fm.analyse(cantilever(1e-6))
+    across = result.data["frequency_across"].values[0]
+    line = next(text for text in str(fm.summary(result)).splitlines() if text.startswith("across"))
+    assert line.split()[1].startswith(f"{across[0]:.3g}"[:4])
+    assert "Hz across the plane" in str(fm.summary(result))
+    assert "Hz across the plane" in str(fm.summary(result, details=True))
+    assert "Nothing is computed across" not in str(fm.summary(result))

@@ -300,3 +300,34 @@ def test_notebooks_show_scenes_and_results(rssr):
     assert "Mobility 1" in html(rssr.scene)
     assert "Largest deflection" in html(rssr)
     assert "eye-isometric" in fm.interactive(rssr).page
+
+
+def test_a_motion_in_time_is_told_and_drawn_over_time(tmp_path):
+    """The arm falls for a while: nothing closes, and moments are told in seconds."""
+    arm = {"points": {"O": (0, 0, 0), "T": (0.5, 0, 0)}}
+    arm["members"] = {"OT": {"ends": ("O", "T"), "section": "rod", "material": "steel"}}
+    scene = fm.SpatialScene(
+        gravity=(0, 0, -9.81),
+        ground={"points": {"O": (0, 0, 0)}},
+        materials={"steel": {"modulus": "207 GPa", "density": 7800, "poisson": 0.3, "yield": "250 MPa"}},
+        sections={"rod": {"shape": "round", "diameter": "8 mm"}},
+        damping={"material": "1 ms"},
+        links={"arm": arm},
+        joints={"O": {"connect": ("ground.O", "arm.O"), "axis": (0, 1, 0)}},
+        mesh={"elements": 1},
+        analysis={"method": "transient", "duration": 0.2, "positions": 20, "error_estimates": False},
+    )
+    result = fm.analyse(scene)
+    time = result.data["time"].values
+    text = " ".join(str(fm.summary(result)).split())
+    assert "free motion of 0.200 s" in text
+    found = key_figures(result)["joints"]["O"]["time"]
+    assert found in time
+    assert f"{short(found)} s" in text
+    (axes,) = plots.stress_figure(SpatialReading(result)).axes
+    assert axes.get_xlabel() == "time (s)"
+    assert np.array_equal(axes.lines[0].get_xdata(), time)
+    data = json.loads(re.search(r'id="data"[^>]*>(.*?)</script>', spatial_page(result), re.S)[1])
+    assert (data["kind"], data["seconds"]) == ("time", pytest.approx(0.2))
+    assert data["axis"] == pytest.approx(time)
+    assert [path.name for path in fm.plot_all(result, tmp_path, only=["views"])] == ["views.png"]
