@@ -5,6 +5,7 @@ import shutil
 import sys
 
 import pytest
+import xarray as xr
 
 import fenics_mech as fm
 from fenics_mech import cli
@@ -145,3 +146,13 @@ def test_schema_has_the_keys_of_space(call):
     assert "SpatialJoint" in space["$defs"]
     assert space["properties"]["gravity"]["description"] == "Acceleration along X, Y and Z (m/s^2)."
     assert "SpatialJoint" not in json.loads(call("schema")[1])["$defs"]
+
+
+def test_a_sweep_tells_largest_sizes_and_the_lowest_frequency(call, place):
+    code, said, _ = call("sweep", "rssr.toml", "--over", "drive.speed=40:60:2", "-o", "sweep")
+    assert code == 0
+    assert {path.name for path in (place / "sweep").iterdir()} == {"sweep.nc", "sweep.png"}
+    found = xr.load_dataset(place / "sweep" / "sweep.nc", engine="h5netcdf")
+    rows = [line.split() for line in said.splitlines() if line.startswith(("40", "60"))]
+    assert [float(row[1]) for row in rows] == pytest.approx(1e-6 * found["von_mises"].max("member").values, rel=5e-3)
+    assert [float(row[5]) for row in rows] == pytest.approx(found["lowest_frequency"].min("mode").values, rel=5e-3)

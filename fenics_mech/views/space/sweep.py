@@ -8,8 +8,12 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import xarray as xr
+from rich.console import Group
+from rich.text import Text
 
 from fenics_mech.views.figures import STYLE, empty_figure, save
+from fenics_mech.views.tables import plain_table
+from fenics_mech.views.words import short
 
 SHOWN = {  # variable by panel: its label and factor
     "von_mises": ("equivalent stress (MPa)", 1e-6),
@@ -18,6 +22,14 @@ SHOWN = {  # variable by panel: its label and factor
     "input_torque": ("drive effort (N m; N)", 1.0),
     "lowest_frequency": ("natural frequency (Hz)", 1.0),
     "multiplier": ("largest multiplier", 1.0),
+}
+HEADS = {  # of the columns of the table
+    "von_mises": "stress\nMPa",
+    "deflection": "deflection\nmm",
+    "joint_force": "force\nN",
+    "input_torque": "drive\nN m; N",
+    "lowest_frequency": "lowest\nHz",
+    "multiplier": "multiplier\n",
 }
 MOST = 12  # rows of the table
 
@@ -56,29 +68,24 @@ def plot_sweep_in_space(found: xr.Dataset, folder: Path) -> list[Path]:
     return [save(figure, folder / "sweep.png")]
 
 
-def sweep_table(found: xr.Dataset) -> str:
-    """Tell the largest sizes of each point in a line, and why points failed.
-
-    Parameters
-    ----------
-    found
-        What `sweep_in_space` gave.
-    """
-    paths = json.loads(found.attrs["paths"])
+def sweep_table(found: xr.Dataset) -> Group:
+    """Tabulate the largest sizes of each point and its lowest frequency, and tell why points failed."""
+    paths, names = json.loads(found.attrs["paths"]), [name for name in SHOWN if name in found]
+    table, said = (
+        plain_table(*(path.replace(".", ".\n", 1) for path in paths), *(HEADS[name] for name in names)),
+        list[Text](),
+    )
     flat = found.stack(point=paths)
-    head = [*paths, *(SHOWN[name][0] for name in SHOWN if name in found)]
-    lines = ["  ".join(head)]
     count = flat.sizes["point"]
     for k in np.unique(np.linspace(0, count - 1, min(count, MOST)).astype(int)):
         here = flat.isel(point=int(k))
-        told = [f"{float(here[path]):.5g}" for path in paths]
-        if here["error"].item():
-            lines.append("  ".join([*told, str(here["error"].item())]))
+        at = [f"{float(here[path]):.5g}" for path in paths]
+        if failed := str(here["error"].item()):
+            said.append(Text(f"{', '.join(at)}: {failed}"))
             continue
-        told += [
-            f"{SHOWN[name][1] * float(np.nanmax(np.abs(here[name].to_numpy()))):.4g}" for name in SHOWN if name in found
-        ]
-        lines.append("  ".join(told))
+        sizes = {name: SHOWN[name][1] * np.abs(here[name].to_numpy()) for name in names}
+        told = [np.nanmin(size) if name == "lowest_frequency" else np.nanmax(size) for name, size in sizes.items()]
+        table.add_row(*at, *map(short, told))
     if count > MOST:
-        lines.append(f"{MOST} of {count} points; sweep.nc holds all")
-    return "\n".join(lines)
+        said.append(Text(f"{MOST} of {count} points; sweep.nc holds all"))
+    return Group(table, *said)
