@@ -17,6 +17,7 @@ from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.judgements import SOURCES, verdict
 from fenics_mech.views.safety_words import ranges_in_words
 from fenics_mech.views.space.reading import ERRORS, SpatialReading
+from fenics_mech.views.tables import plain_table
 from fenics_mech.views.words import sentence, short
 
 STYLES = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
@@ -53,9 +54,8 @@ def _more(count: int, shown: int | None, what: str) -> list[Text]:
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
     """Make a table without lines; columns whose head ends in "<" stand to the left."""
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="", show_header=any(head[:1]))
-    for n, column in enumerate(head):
-        table.add_column(column.removesuffix("<"), justify="left" if column.endswith("<") or not n else "right")
+    table = plain_table(*head)
+    table.show_header = any(head[:1])
     for row in rows:
         table.add_row(*map(escape, row))
     return table
