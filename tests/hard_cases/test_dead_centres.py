@@ -223,7 +223,12 @@ SOLVERS = ["sub-intervals", "collocation", "harmonic-balance"]
 @pytest.mark.parametrize(
     ("solver", "gap", "count"),
     # 360 steps of the equation of poses follow the wider corner: their strains are those of 1440 to 0.2 %
-    [(s, *corner) for s in SOLVERS for corner in CORNERS if (s, *corner) != ("collocation", 1e-6, 360)],
+    [
+        pytest.param(s, *corner, marks=[pytest.mark.long] * (corner[1] > 1000))
+        for s in SOLVERS
+        for corner in CORNERS
+        if (s, *corner) != ("collocation", 1e-6, 360)
+    ],
 )
 def test_steps_longer_than_the_corner_are_refused(solver, gap, count):
     """Chapter 5 gave strains up to 7 times too large: one position stood for all of a step."""

@@ -11,7 +11,7 @@ from tests.common import DEMOS
 E_STEEL, G_STEEL, LENGTH = 210e9, 210e9 / 2.6, 0.5
 
 
-@pytest.mark.parametrize("name", ["slider_crank", pytest.param("watt", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["slider_crank", pytest.param("watt", marks=pytest.mark.long)])
 def test_a_planar_machine_in_space_gives_the_same(name):
     """Both are the equation of poses. At pins the plane has a moment of 1e-6, which is left of its bow."""
     exact = {"effects": (COUPLING, EXACT_STRAINS, "rotary-inertia"), "tolerance": None, "mesh.elements": 4}

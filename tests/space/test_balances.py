@@ -58,7 +58,7 @@ def drawn_length(member):
     return {"crank": 0.1, "coupler": 0.4, "rocker": 0.25}[member]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("member", "first", "last"), [("crank", "O", "A"), ("coupler", "A", "B"), ("rocker", "Q", "B")]
 )
@@ -70,7 +70,7 @@ def test_forces_of_joints_are_the_inertia_of_the_link(data, member, first, last)
     assert np.abs(on_link - inertia).max() < 1e-3 * np.abs(inertia).max()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("member", "s", "joint", "sign"),
     [("crank", 0.0, "O", -1), ("crank", 1.0, "A", -1), ("coupler", 0.0, "A", -1), ("coupler", 1.0, "B", -1),
@@ -97,7 +97,7 @@ def work_of(stress, stiffness, scale):
     return scale * np.sum(power[1:], axis=0) * 2 * np.pi / 60.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_drive_works_as_much_as_the_material_loses(data):
     """Over a cycle, where energy comes back: axial, both bending and torsion by the forces in the sections."""
     lost = 0.0

@@ -120,7 +120,7 @@ def differences(flat, deep, stations):
     }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "build", "speed", "sections"),
     [

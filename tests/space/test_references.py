@@ -34,7 +34,7 @@ def elastic_rssr(speed, count, **analysis):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("speed", "count", "coupler", "rocker"),
     [
@@ -58,7 +58,7 @@ def test_an_elastic_rssr_moves_as_by_another_program(speed, count, coupler, rock
             assert np.abs(found - exact).max() < bound * np.abs(exact).max()
 
 
-@pytest.mark.parametrize("count", [2, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [2, pytest.param(4, marks=pytest.mark.long)])
 def test_a_four_bar_with_a_leaning_hinge_bends_and_twists_as_by_another_program(count):
     """Bauchau's four-bar, whose last hinge leans by 5 degrees: curvatures and twist at the middles of the links.
 

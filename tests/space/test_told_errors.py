@@ -64,7 +64,7 @@ MACHINES = {
     "slider-crank": lambda: slider_crank(60.0, 60),
     "bennett": leaning_bennett,
 }
-QUICK = {"bow": (), "slow rssr": pytest.mark.slow}
+QUICK = {"bow": (), "slow rssr": pytest.mark.long}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=QUICK.get(name, pytest.mark.long)) for name in MACHINES])

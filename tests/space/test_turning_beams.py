@@ -62,7 +62,7 @@ def test_wright_and_others_print_the_same():
     np.testing.assert_allclose(found, [3.5160, 4.1373, 7.3604, 13.1702], rtol=2e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("speed", [2.0, 6.0])
 def test_a_turning_cantilever_flaps_and_lags_as_its_closed_form(speed):
     """By Floquet multipliers: flapping and lagging are the two slowest disturbances, of order 4 by the mesh."""
