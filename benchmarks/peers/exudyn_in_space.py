@@ -6,6 +6,8 @@ dampers to the ground and gravity differ from one machine to the next. The drive
 
 Exudyn 1.13 runs in its own Python, as it needs another NumPy. Its beams have first order: two meshes are extrapolated.
 
+Bennett's linkage is not stored: by Exudyn it does not yet repeat after these cycles, as its damping is small.
+
 Usage: ``python -m benchmarks.peers.exudyn_in_space --machines 10 --seed 1 --exudyn /path/to/python``
 """
 
