@@ -19,7 +19,7 @@ def stated(number):
     return fm.SpatialScene.read(json.loads(str(STORED[f"{number}_scene"])))
 
 
-@pytest.mark.parametrize("number", [k if k in FAST else pytest.param(k, marks=pytest.mark.slow) for k in NUMBERS])
+@pytest.mark.parametrize("number", [k if k in FAST else pytest.param(k, marks=pytest.mark.long) for k in NUMBERS])
 def test_a_drawn_machine_moves_as_by_another_program(number):
     """Places and moments at mid member and the drive's torque, over the largest elastic place, moment and torque."""
     exact = {name: STORED[f"{number}_{name}"] for name in ("place", "moment", "torque")}
