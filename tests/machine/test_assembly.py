@@ -106,9 +106,9 @@ def test_a_rough_angle_that_a_joint_contradicts_is_refused(scene, words):
         machine_of(scene())
 
 
-def test_effects_that_no_term_states_are_refused():
-    with pytest.raises(SceneError, match="no term states the effect 'couplings' yet"):
-        machine_of(fm.load(DEMOS / "four_bar.toml").changed(effects=("couplings",)))
+def test_effects_that_there_are_not_are_refused():
+    with pytest.raises(SceneError, match="there is no effect 'couplings'. Did you mean 'coupling'"):
+        fm.analyse(fm.load(DEMOS / "four_bar.toml").changed(effects=("couplings",)))
 
 
 @pytest.mark.slow
