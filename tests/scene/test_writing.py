@@ -11,7 +11,6 @@ from tests.common import DEMOS
 
 OTHERS = "plugin", "space"  # folders of scenes that need a package, or are in space
 SCENES = sorted(path.relative_to(DEMOS) for path in DEMOS.rglob("*.toml") if path.parent.name not in OTHERS)
-)
 
 
 @pytest.mark.parametrize("name", SCENES, ids=str)
