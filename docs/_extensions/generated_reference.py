@@ -23,6 +23,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.descriptions import QUANTITY, meaning_of
 from fenics_mech.scene.files import bare_schema as scene_schema
+from fenics_mech.scene.in_space import SpatialScene
 from fenics_mech.scene.sections import Section
 
 FOLDER = Path(__file__).parents[1] / "reference" / "generated"
@@ -96,6 +97,7 @@ def write(folder: Path = FOLDER) -> None:
     folder.mkdir(exist_ok=True)
     made = scene_pages() | {
         "synthesis": tasks(),
+        "space": space(),
         "commands": commands(),
         "variables": variables(),
         "effects": effects(),
@@ -137,6 +139,23 @@ def tasks() -> str:
         text.append(f"({part.__name__})=\n## {_words(part.__name__)}\n\n{_summary(part)}\n")
         text.append(_table(part.model_json_schema(), part))
     return "\n".join(text)
+
+
+def space() -> str:
+    """Give the page of the keys of scenes in space."""
+    schema = SpatialScene.model_json_schema()
+    classes, where = {part.__name__: part for part in _below(Part)}, _places(schema)
+    text = ["# Keys of scenes in space\n\nA scene whose points have three coordinates is one in space.\n"]
+    text.append(f"(SpatialScene)=\n## Keys at the top of the file\n\n{_table(schema, SpatialScene)}")
+    for name, kind in schema["$defs"].items():
+        if name.startswith("Spatial") or name in OWN_OF_SPACE:
+            text.append(f"({name})=\n## {_words(name)}\n\n{_summary(classes[name])}\n")
+            text.append("Stands at " + ", ".join(f"`{place}`" for place in where[name]) + ".\n")
+            text.append(_table(kind, classes[name]))
+    return "\n".join(text)
+
+
+OWN_OF_SPACE = "Misalignment", "PointDamper"
 
 
 def _below(part: type) -> Iterator[type]:
