@@ -30,28 +30,29 @@ def torque(speed=SLOW, guide="slider", **keys):
     return np.asarray(fm.analyse(made).data["input_torque"][:, 0])
 
 
-def check(found, exact):
-    np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
+def off(found, exact):
+    """Give the largest difference, over the largest value."""
+    return np.abs(found - exact).max() / np.abs(exact).max()
 
 
 def test_a_push_along_a_slider_is_held_by_the_crank():
-    check(torque(loads={"push": {"joint": "P", "push": 30.0}}), -30.0 * slope(STROKE))
+    assert off(torque(loads={"push": {"joint": "P", "push": 30.0}}), -30.0 * slope(STROKE)) < 1e-6
 
 
 def test_a_force_that_varies_over_the_cycle_is_held_by_the_crank():
     """The force keeps its direction; its factor is a harmonic of the drive's angle."""
     force = np.array([3.0, -5.0, 7.0])
     load = {"at": "slider.S", "force": tuple(force), "factor": {"kind": "harmonics", "mean": 1.0, "cosine": [0.5]}}
-    check(torque(loads={"f": load}), -(1 + 0.5 * np.cos(THETA)) * (slope(SLIDER) @ force))
+    assert off(torque(loads={"f": load}), -(1 + 0.5 * np.cos(THETA)) * (slope(SLIDER) @ force)) < 1e-6
 
 
 def test_a_spring_between_two_points_stores_its_energy():
     """It is free of force as drawn where it states no length."""
     length = np.linalg.norm(PIN - RSSP_P, axis=-1)
     springs = {"s": {"between": ("ground.P", "crank.A"), "stiffness": 500.0}}
-    check(torque(springs=springs), slope(500.0 * (length - length[0]) ** 2 / 2))
+    assert off(torque(springs=springs), slope(500.0 * (length - length[0]) ** 2 / 2)) < 1e-6
     springs["s"]["length"] = 0.05
-    check(torque(springs=springs), slope(500.0 * (length - 0.05) ** 2 / 2))
+    assert off(torque(springs=springs), slope(500.0 * (length - 0.05) ** 2 / 2)) < 1e-6
 
 
 @pytest.mark.parametrize("kind", ["point", "line", "hinge"])
@@ -67,7 +68,7 @@ def test_dampers_take_their_power(kind):
         "line": 2e3 * slope(np.linalg.norm(PIN - RSSP_P, axis=-1)) ** 2,
         "hinge": 300.0 + 0 * THETA,
     }
-    check(torque(dampers={"d": dampers[kind]}) / SLOW, rates[kind])
+    assert off(torque(dampers={"d": dampers[kind]}) / SLOW, rates[kind]) < 1e-6
 
 
 def test_a_slider_that_may_turn_in_its_cylinder_is_held_and_told():
