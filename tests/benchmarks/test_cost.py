@@ -123,7 +123,7 @@ def call(*arguments):
     return CliRunner().invoke(app, ["cost", *map(str, arguments)])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_command_writes_its_files_and_says_what_it_found(quick, monkeypatch, tmp_path):
     monkeypatch.setattr(study, "measure_costs", lambda scene, **options: quick[0])
     found = call(DEMOS / "four_bar.toml", "--quick", "-o", tmp_path / "out")

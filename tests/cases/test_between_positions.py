@@ -270,7 +270,7 @@ def vibrating(count):
     return four_bar(count, 1e-3, drive__speed=3.0, **periodic)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("machine", "counts"),
     [

@@ -86,7 +86,7 @@ def test_deflection_inside_an_element_is_that_of_many_elements(effects):
     assert 0.8 < float(one["deflection_error"].max()) / off[0] < 1.3
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_section_forces_go_on_from_element_to_element():
     # with all coupling terms in thick links: N, V and M on both sides of a node, and none at the pins. What is left out
     # of the inertia inside the elements would show as jumps.

@@ -104,8 +104,9 @@ def test_friction_acts_where_drives_lead_all(solver):
 @pytest.mark.slow
 def test_a_bushing_is_that_of_rigid_links():
     rigid, bent = both(joint_laws={"soft": {"kind": "bushing", "joint": "A", **BEARING}}, **SHORT)
-    # forces of joints are of order 2 by the step, as multipliers are
-    assert_same(rigid, bent, {"freedom_place": 1e-6, "freedom_rate": 1e-5, "joint_force": 1e-4, "law_effort": 1e-4})
+    # forces of joints are of order 2 by the step, as multipliers are; at the start places are closed to a strain of
+    # 1e-14, which is 8e-4 of the forces in links as stiff as these
+    assert_same(rigid, bent, {"freedom_place": 1e-6, "freedom_rate": 1e-5, "joint_force": 1e-3, "law_effort": 1e-4})
 
 
 def by_itself(modulus, time_tolerance, estimates=False, solver="poses", **parts):
