@@ -49,7 +49,7 @@ def told(scene, stations, many):
     return float(few["largest_strain"]) / largest[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_under_a_load_inside_a_member():
     """5.8 % are missed, of which a parabola tells 0.2 %. Both sides count, as the axial force jumps there by 6e-4."""
     found = told(seed_four_bar(analysis=STILL, loads=PRESS), 11, 4002)  # of which none is at the load

@@ -38,7 +38,7 @@ def test_physical_join_converges_to_the_independent_answer(exact):
     assert np.all(errors(exact, 768, modes=8) < 0.003)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_all_modes_converge_slowly(exact):
     found = [errors(exact, n, modes="all", allow_ringing=True).max() for n in (384, 768, 1536)]
     assert found[0] > 1.5 * found[1] > 2 * found[2]

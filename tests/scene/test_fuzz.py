@@ -127,7 +127,7 @@ def damaged_scene(chance):
             continue
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_damaged_scenes_have_finite_answers_or_an_error_of_ours():
     solved = 0
     for k in range(RUNS):

@@ -187,7 +187,7 @@ def test_unstable_motion_is_told_as_soon_as_it_is_known(runs):
     analyse(scene.changed(tolerance=1e-2, analysis__allow_unstable=True))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_is_kept_is_told_of_its_theory():
     """Where the scene lists its effects, what is kept has the theory's error as any analysis."""
     found = analyse(scene_of("seed").changed(tolerance=1e-3))
