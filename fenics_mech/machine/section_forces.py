@@ -207,11 +207,11 @@ def inside(
     nodes, weights = np.polynomial.legendre.leggauss(5 + shapes.inner)  # mass times two shapes has degree 7 + 2 inner
     for node, weight in zip((nodes + 1) / 2, weights / 2):
         x, share = node * places, weight * places * length
-        of_axis, of_normal = _between_all(shapes.at(x), accelerations), _between(x, spread[1][1])
+        of_axis, of_normal = _between_all(shapes.at(x), accelerations), between(x, spread[1][1])
         held = line_mass(x)[:, None] * of_axis + beside * of_normal - load_at(x)
         force = force + share[:, None] * held
         moment = moment + share * _cross(axis(x) - cut, held)
-        normal = _between(x, at_ends[1][..., 1])  # on which mass beside the axis has an arm, and sections turn
+        normal = between(x, at_ends[1][..., 1])  # on which mass beside the axis has an arm, and sections turn
         moment = moment + share * _cross(normal, beside * of_axis + rotary[:, None] * of_normal)
     for k, element in enumerate(() if loads is None else loads.element):
         assert loads is not None
@@ -338,7 +338,7 @@ def _between_all(shapes: Array, vectors: Array) -> Array:
     return np.asarray((shapes[:, None] @ vectors)[:, :, 0])
 
 
-def _between(x: Array, values: Array) -> Array:
+def between(x: Array, values: Array) -> Array:
     """Give values between those of both ends ``(instants, stations, 2, d)``."""
     return np.asarray((1 - x)[:, None] * values[:, :, 0] + x[:, None] * values[:, :, 1])
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.machine.motion import Motion
-from fenics_mech.machine.section_forces import EndForces, end_forces
+from fenics_mech.machine.section_forces import EndForces, between, end_forces
 from fenics_mech.machine.spatial import MemberInSpace, SpatialMachine
 
 GAUSS = np.polynomial.legendre.leggauss(5)  # inertia times a lever is of the degree 7 along an element
@@ -78,9 +78,9 @@ def _along(
         force = force + held
         moment = moment + np.cross(axis(there) - cut, held)
         for k in range(2):  # of the sections, which turn
-            normal, second = (_between(there, y[..., 1 + k]) for y in (axes, of_axes))
+            normal, second = (between(there, y[..., 1 + k]) for y in (axes, of_axes))
             moment = moment + share * rotary[k] * np.cross(normal, second)
-    frame = _frames(axis(x, 1), _between(x, axes[..., 1]))
+    frame = _frames(axis(x, 1), between(x, axes[..., 1]))
     of_force, of_moment = (np.einsum("tsdi,tsd->tsi", frame, y) for y in (force, moment))
     return SpatialSections(of_force, of_moment, cut, frame)
 
@@ -124,10 +124,6 @@ def _cubic(values: Array, slopes: Array, length: Array):  # type: ignore[no-unty
         return np.asarray(sum(shape[:, None] * part for shape, part in zip(shapes, parts)))
 
     return at
-
-
-def _between(x: Array, values: Array) -> Array:
-    return np.asarray((1 - x)[:, None] * values[:, :, 0] + x[:, None] * values[:, :, 1])
 
 
 def _frames(tangent: Array, towards: Array) -> Array:
