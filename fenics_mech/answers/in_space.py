@@ -19,6 +19,7 @@ from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.spatial import MemberInSpace, SpatialMachine, held_as_drawn, spatial_machine
 from fenics_mech.machine.spatial_forces import SpatialSections, of_joints, of_members
 from fenics_mech.recovery.spatial_result import SpatialResult, described
+from fenics_mech.recovery.strains import elastic_strain
 from fenics_mech.scene.in_space import SpatialScene
 from fenics_mech.sections.shapes import open_and_thin
 from fenics_mech.solve import (
@@ -242,15 +243,6 @@ def _stresses(answer: InSpace, own: MemberInSpace) -> tuple[Array, Array]:
     return normal, shear
 
 
-def _elastic(scene: SpatialScene, strain: Array, cycle: Cycle | None) -> Array:
-    """Solve strain + tau d strain/dt = stress/E over a cycle, harmonic by harmonic."""
-    if cycle is None or not scene.damping.material:
-        return strain
-    waves = np.fft.rfft(strain, axis=0)
-    lag = 1 + 1j * TURN / scene.period * np.arange(len(waves)) * scene.damping.material
-    return np.fft.irfft(waves / lag.reshape(-1, *(1,) * (strain.ndim - 1)), n=len(strain), axis=0)
-
-
 def _dataset(answer: InSpace) -> xr.Dataset:
     """Put what is read off a motion into a dataset."""
     made, motion, scene = answer.made, answer.motion, answer.made.scene
@@ -266,7 +258,9 @@ def _dataset(answer: InSpace) -> xr.Dataset:
             normal, torsion = _stresses(answer, own)
             pad = (0, most - len(own.section.corners))
             stress.append(np.pad(normal, ((0, 0), (0, 0), pad), "edge"))
-            elastic = _elastic(scene, normal / own.modulus, answer.cycle)
+            elastic = normal / own.modulus
+            if answer.cycle is not None and scene.damping.material:
+                elastic = elastic_strain(elastic, scene.damping.material, scene.period)
             strain.append(np.pad(elastic, ((0, 0), (0, 0), pad), "edge"))
             corners.append(np.pad(own.section.corners, (pad, (0, 0)), "edge"))
             shear.append(torsion)
