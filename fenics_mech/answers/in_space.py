@@ -158,9 +158,9 @@ def _balanced(made: SpatialMachine, t: Array, method: str) -> tuple[Array, Array
     try:
         return equilibria(machine, t, zero, moving=moving, what=what)
     except SolverError as error:
+        if moving:
+            raise
         logger.info("the loads are put on in steps: %s", error)
-    if moving:
-        return equilibria(machine, t, zero, moving=moving, what=what)
     q, share = zero, 0.0
     step = 0.25
     while share < 1.0:
