@@ -41,7 +41,6 @@ TOLERANCE = 1e-7  # of Newton's last change, relative to the largest coordinate
 SAME = 1e-9  # rad, between an instant of the positions and a jump of a load
 UNSTABLE = 1.0 + 1e-6  # a multiplier above it: rounding of steps is 1e-8
 COARSE = 0.1  # estimated error from which an answer is called too coarse
-NOTICE = "notice: "
 COMPONENTS = ("x", "y", "z")
 
 
@@ -99,8 +98,9 @@ def in_space(scene: SpatialScene) -> SpatialResult:
     data = _dataset(answer)
     better = _better(answer) if scene.analysis.error_estimates else {}
     data = data.merge(_errors(better, data))
-    data.attrs |= _attributes(answer, data, _stability(better.get("time", answer), data))
-    return SpatialResult.with_scene(scene, described(data, scene))
+    notices, doubts = _stability(better.get("time", answer), data)
+    data.attrs |= _attributes(answer, data, notices, doubts)
+    return SpatialResult.with_scene(scene, described(data))
 
 
 def answer_in_space(scene: SpatialScene, finer: int = 1, stages: int = STAGES) -> InSpace:
@@ -356,8 +356,8 @@ def _errors(better: dict[str, InSpace], data: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(found, {"source": sources} if sources else {})
 
 
-def _stability(answer: InSpace, data: xr.Dataset) -> str:
-    """Add the Floquet multipliers of a periodic motion, refuse an unstable one, and say what is in doubt.
+def _stability(answer: InSpace, data: xr.Dataset) -> tuple[list[str], list[str]]:
+    """Add the Floquet multipliers of a periodic motion, refuse an unstable one, and give notices and doubts.
 
     Steps damp a vibration with exp(i w t) themselves, in each step by |R(i w h)|, R the stability function of Radau's
     method (Hairer and Wanner, Solving ODE II, section IV.3).
@@ -369,10 +369,10 @@ def _stability(answer: InSpace, data: xr.Dataset) -> str:
     """
     analysis = answer.made.scene.analysis
     if answer.cycle is None or not analysis.multipliers:
-        return ""
+        return [], []
     running = running_modes(answer.cycle, analysis.multipliers)
     if not len(running.multipliers):
-        return f"{NOTICE}small disturbances die out within a cycle: no multiplier is above 1e-4"
+        return ["small disturbances die out within a cycle: no multiplier is above 1e-4"], []
     data["multiplier"] = ("disturbance", np.abs(running.multipliers))
     data["growth_rate"] = ("disturbance", running.rates.real)
     data["multiplier_frequency"] = ("disturbance", running.rates.imag / TURN)
@@ -388,21 +388,21 @@ def _stability(answer: InSpace, data: xr.Dataset) -> str:
         grown = 1 + z * tableau.A[-1] @ np.linalg.solve(np.eye(len(tableau.c)) - z * tableau.A, np.ones(len(tableau.c)))
         by_steps = float(np.log(np.abs(grown))) / h
         if abs(by_steps) > DAMPED * abs(rate.real):
-            return (
+            doubt = (
                 f"the steps damp a disturbance of {rate.imag / TURN:.4g} Hz by {-by_steps:.3g} 1/s, and it decays by "
                 f"{-rate.real:.3g} 1/s in all: whether it dies out is not known. Take more positions"
             )
-    return ""
+            return [], [doubt]
+    return [], []
 
 
 DAMPED = 0.2  # share of the decay of a disturbance that steps may make
 
 
-def _attributes(answer: InSpace, data: xr.Dataset, doubt: str) -> dict[str, Any]:
-    """Say what was decided, assumed, and is doubtful, `doubt` about stability."""
+def _attributes(answer: InSpace, data: xr.Dataset, notices: list[str], warnings: list[str]) -> dict[str, Any]:
+    """Say what was decided, assumed, and is doubtful, after what is said about stability."""
     made, scene = answer.made, answer.made.scene
-    notices, warnings = [], [doubt] if doubt and not doubt.startswith(NOTICE) else []
-    notices += [doubt.removeprefix(NOTICE)] if doubt.startswith(NOTICE) else []
+    notices, warnings = list(notices), list(warnings)
     for link in made.idle.values():
         moment = float(np.abs(data["holding_moment"].sel(held_link=link).to_numpy()).max())
         notices.append(

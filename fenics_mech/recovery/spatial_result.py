@@ -215,15 +215,13 @@ class SpatialResult(Saved):
         return [write_table(self.data[str(name)], folder / f"{name}.csv") for name in self.data.data_vars]
 
 
-def described(data: xr.Dataset, scene: SpatialScene) -> xr.Dataset:
+def described(data: xr.Dataset) -> xr.Dataset:
     """Say of every variable what it means, and its unit.
 
     Parameters
     ----------
     data
         A result; the attributes are added in place.
-    scene
-        Its scene.
     """
     for name, (unit, meaning) in MEANINGS.items():
         if name in data.variables:
