@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
-from fenics_mech.answers.in_space import InSpace, answer_in_space
+from fenics_mech.answers.in_space import UNSTABLE, InSpace, answer_in_space
 from fenics_mech.errors import SceneError, UnstableError
 from fenics_mech.machine.lifted import lifted
 from fenics_mech.recovery.variables import ATTRIBUTES
@@ -19,7 +19,6 @@ from fenics_mech.solve import frequencies, held_modes, tangents_at
 
 POSITIONS = 60  # of a cycle, at most: frequencies across the plane vary as slowly as those in it
 COUNT = 6  # frequencies and multipliers of both kinds, of which those across are kept
-UNSTABLE = 1.0 + 1e-6  # a multiplier above it: rounding of steps is 1e-8
 
 
 def across_the_plane(scene: Scene) -> xr.Dataset:
