@@ -235,8 +235,8 @@ def _add_joints(made: SpatialMachine, nodes: _Nodes) -> None:
         if joint.axes is not None:
             both = tuple(SPACE.axes(np.array(way))[:, [1, 2, 0]] for way in joint.axes)  # type: ignore[assignment]
         if joint.misaligned is not None:
-            turn = SPACE.about(np.array(joint.misaligned.about), np.array(joint.misaligned.by))
-            both = both[0], turn @ both[1]
+            turned = SPACE.about(np.array(joint.misaligned.about), np.array(joint.misaligned.by))
+            both = both[0], turned @ both[1]
         made.joints[name] = _with_axes(made.machine, one, both[0]), _with_axes(made.machine, other, both[1])
         made.machine.join(joint.kind, made.joints[name], name=name)
 
