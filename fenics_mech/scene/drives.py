@@ -16,7 +16,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator
+from pydantic import Discriminator, Field, Tag, field_validator
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
@@ -310,6 +310,12 @@ class Drive(Part):
             own = self.law.jet(np.mod(turns * theta, 2 * np.pi))
             return Jet(own.value, turns * own.first, turns**2 * own.second)  # chain rule
         return Jet(self.start + turns * theta, np.full_like(theta, turns), np.zeros_like(theta))
+
+
+Drives = Annotated[
+    Annotated[Drive, Tag("one")] | Annotated[tuple[Drive, ...], Tag("many")],
+    Discriminator(lambda value: "many" if isinstance(value, list | tuple) else "one"),
+]
 
 
 def common_rate(drives: Sequence[Drive]) -> float:

@@ -16,7 +16,7 @@ from fenics_mech.scene.applied_loads import OverCycle
 from fenics_mech.scene.base import SCENE, Name, Part, PointName, check_known, check_texts, place_in
 from fenics_mech.scene.bodies import MESH, Material
 from fenics_mech.scene.damping_options import Ratios
-from fenics_mech.scene.drives import Drive, common_rate
+from fenics_mech.scene.drives import Drive, Drives, common_rate
 from fenics_mech.scene.sections.plain import ISection, Positive, RectangleSection, RoundSection, TubeSection
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
 from fenics_mech.scene.units import (
@@ -427,10 +427,6 @@ SpatialSpring = Annotated[
 SpatialDamper = Annotated[
     Annotated[HingeDamper, Tag("joint")] | Annotated[PointDamper, Tag("at")] | Annotated[LineDamper, Tag("between")],
     Discriminator(_by_key("joint", "at", "between")),
-]
-Drives = Annotated[
-    Annotated[Drive, Tag("one")] | Annotated[tuple[Drive, ...], Tag("many")],
-    Discriminator(lambda value: "many" if isinstance(value, list | tuple) else "one"),
 ]
 
 

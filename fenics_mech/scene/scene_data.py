@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
@@ -18,7 +18,7 @@ from fenics_mech.scene.base import SCENE, Name, Part, place_in
 from fenics_mech.scene.bodies import Ground, Link, Material, Member, Mesh, Point, PointMass
 from fenics_mech.scene.damping_options import Damping
 from fenics_mech.scene.design import Design
-from fenics_mech.scene.drives import Drive, common_rate
+from fenics_mech.scene.drives import Drive, Drives, common_rate
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom
 from fenics_mech.scene.joint_laws import OPEN, AnyJointLaw
@@ -32,11 +32,6 @@ from fenics_mech.scene.springs_dampers import Damper, Spring
 from fenics_mech.scene.study import Study
 from fenics_mech.scene.tolerance import Tolerance
 from fenics_mech.scene.units import Acceleration
-
-Drives = Annotated[
-    Annotated[Drive, Tag("one")] | Annotated[tuple[Drive, ...], Tag("many")],
-    Discriminator(lambda value: "many" if isinstance(value, list | tuple) else "one"),
-]
 
 
 class SceneData(Part):
